@@ -1,0 +1,53 @@
+"""Flutter and limit cycles of a typical section with a nonlinear pitch spring.
+
+Names are imported on first use (PEP 562), so that `import aeroflutter` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_EXPORTS = {
+    "AeroflutterError": "errors",
+    "ConvergenceError": "errors",
+    "InputError": "errors",
+    "Scale": "section",
+    "TypicalSection": "section",
+    "QuasiSteady": "aerodynamics",
+    "Wagner": "aerodynamics",
+    "FixedFamily": "lure",
+    "LureFamily": "lure",
+    "LureSystem": "lure",
+    "SampledFamily": "lure",
+    "SectionFamily": "lure",
+    "Bilinear": "springs",
+    "Cubic": "springs",
+    "Freeplay": "springs",
+    "Hysteresis": "springs",
+    "Linear": "springs",
+    "Spring": "springs",
+    "Table": "springs",
+    "respond": "springs",
+    "simplify": "springs",
+    "Case": "case",
+    "load_case": "case",
+}
+
+__all__ = ["__version__", *_EXPORTS]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the module that holds `name` and hand the name over."""
+    if name not in _EXPORTS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_EXPORTS[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Names already imported and those that can be."""
+    return sorted({*globals(), *__all__})
