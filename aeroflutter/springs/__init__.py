@@ -1,0 +1,21 @@
+"""Structural springs in pitch, as immutable laws; memory is data passed in and out."""
+
+from aeroflutter.springs.base import Describing, Pieces, PiecewiseLinear, Spring, respond
+from aeroflutter.springs.hysteresis import Hysteresis
+from aeroflutter.springs.simplify import simplify
+from aeroflutter.springs.static import Bilinear, Cubic, Freeplay, Linear, Table
+
+__all__ = [
+    "Bilinear",
+    "Cubic",
+    "Describing",
+    "Freeplay",
+    "Hysteresis",
+    "Linear",
+    "Pieces",
+    "PiecewiseLinear",
+    "Spring",
+    "Table",
+    "respond",
+    "simplify",
+]

@@ -1,0 +1,243 @@
+"""Springs without memory: linear, cubic, measured table, bilinear with preload, freeplay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aeroflutter.errors import InputError
+from aeroflutter.springs.base import (
+    Array,
+    Describing,
+    Pieces,
+    PiecewiseLinear,
+    Spring,
+    check_factor,
+    check_fields,
+)
+
+__all__ = ["Bilinear", "Cubic", "Freeplay", "Linear", "Table"]
+
+
+@dataclass(frozen=True, slots=True)
+class Linear(PiecewiseLinear):
+    """Linear spring F = stiffness·(α - centre).
+
+    Parameters
+    ----------
+    stiffness
+        Slope relative to the stiffness that defines ω_α; any finite number.
+    centre
+        Pitch of zero moment, radians.
+    """
+
+    stiffness: float = 1.0
+    centre: float = 0.0
+    kind: ClassVar[str] = "linear"
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    def pieces(self) -> Pieces:
+        """One piece, no breaks."""
+        return Pieces.from_slopes([], [self.stiffness], -self.stiffness * self.centre)
+
+    def scaled(self, factor: float) -> Self:
+        """The same slope about a centre multiplied by `factor`."""
+        return type(self)(self.stiffness, self.centre * check_factor(factor))
+
+
+@dataclass(frozen=True, slots=True)
+class Cubic(Spring):
+    """Cubic spring F = β₁ α + β₃ α³, hardening for β₃ > 0 and softening for β₃ < 0.
+
+    Parameters
+    ----------
+    beta1
+        Slope at the origin.
+    beta3
+        Cubic coefficient, per square radian.
+    """
+
+    beta1: float = 1.0
+    beta3: float = 0.0
+    kind: ClassVar[str] = "cubic"
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @property
+    def scale(self) -> float:
+        """Pitch at which the cubic moment equals the linear one (or 1, if there is no linear)."""
+        if self.beta3 == 0:
+            return 1.0
+        return float(np.sqrt((abs(self.beta1) or 1.0) / abs(self.beta3)))
+
+    @property
+    def odd(self) -> bool:
+        """Always."""
+        return True
+
+    def moment(self, alpha: ArrayLike, memory: ArrayLike = 0.0) -> Array:
+        """Restoring moment F at pitch `alpha` (radians); `memory` is ignored."""
+        pitch = np.asarray(alpha, dtype=float)
+        value = pitch * (self.beta1 + self.beta3 * pitch * pitch)
+        return np.broadcast_to(value, np.broadcast_shapes(value.shape, np.shape(memory))).copy()
+
+    def describing(self, amplitude: ArrayLike, bias: ArrayLike = 0.0) -> Describing:
+        """Describing function under α = bias + amplitude·sin θ."""
+        from aeroflutter.generated import describing as forms
+
+        return Describing(*forms.cubic(amplitude, bias, self.beta1, self.beta3))
+
+    def scaled(self, factor: float) -> Self:
+        """The spring with pitch and moment both multiplied by `factor`."""
+        return type(self)(self.beta1, self.beta3 / check_factor(factor) ** 2)
+
+    def slope_range(self) -> tuple[float, float]:
+        """From β₁ to ±∞, by the sign of β₃."""
+        low = self.beta1 if self.beta3 >= 0 else -np.inf
+        high = self.beta1 if self.beta3 <= 0 else np.inf
+        return low, high
+
+
+@dataclass(frozen=True, slots=True)
+class Table(PiecewiseLinear):
+    """Measured moment-rotation table, straight between its points and beyond its ends.
+
+    Parameters
+    ----------
+    pitch
+        Strictly ascending pitches, at least two, radians.
+    moments
+        Moment at each pitch, radians of a linear spring of unit slope.
+    """
+
+    pitch: tuple[float, ...]
+    moments: tuple[float, ...]
+    kind: ClassVar[str] = "table"
+
+    def __post_init__(self) -> None:
+        problems: list[str] = []
+        for name in ("pitch", "moments"):
+            object.__setattr__(self, name, _numbers(name, getattr(self, name), problems))
+        if not problems and len(self.pitch) != len(self.moments):
+            problems.append(
+                f"moments: has {len(self.moments)} values for {len(self.pitch)} of pitch; "
+                "give one moment a pitch"
+            )
+        if not problems and len(self.pitch) < 2:
+            problems.append("pitch: a table needs at least two points")
+        if not problems and np.any(np.diff(self.pitch) <= 0):
+            problems.append("pitch: must ascend strictly from point to point")
+        if problems:
+            raise InputError(problems)
+
+    def pieces(self) -> Pieces:
+        """One piece an interval; the end pieces go on beyond the table."""
+        pitch, moment = np.array(self.pitch), np.array(self.moments)
+        slopes = np.diff(moment) / np.diff(pitch)
+        return Pieces(pitch[1:-1], slopes, moment[:-1] - slopes * pitch[:-1])
+
+    def scaled(self, factor: float) -> Self:
+        """The table with pitch and moment both multiplied by `factor`."""
+        f = check_factor(factor)
+        return type(self)(
+            tuple(f * value for value in self.pitch), tuple(f * value for value in self.moments)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Bilinear(PiecewiseLinear):
+    """Bilinear spring with preload: unit slope outside a flat of slope `m_f` and width `delta`.
+
+    F = α + m0 - α_f below α_f;  m0 + m_f (α - α_f) on the flat;
+    α + m0 - α_f + δ (m_f - 1) above it (Price, Alighanbari & Lee 1995).
+
+    Parameters
+    ----------
+    m0
+        Moment at the start of the flat (preload), radians.
+    m_f
+        Slope of the flat.
+    alpha_f
+        Pitch at the start of the flat, radians.
+    delta
+        Width of the flat, radians.
+    """
+
+    m0: float = 0.0
+    m_f: float = 0.0
+    alpha_f: float = 0.0
+    delta: float = 0.0
+    kind: ClassVar[str] = "bilinear"
+
+    def __post_init__(self) -> None:
+        check_fields(self, non_negative=("delta",))
+
+    def pieces(self) -> Pieces:
+        """Three pieces; one where the flat has no width."""
+        start = self.m0 - self.alpha_f
+        if self.delta == 0:
+            return Pieces.from_slopes([], [1.0], start)
+        breaks = [self.alpha_f, self.alpha_f + self.delta]
+        return Pieces.from_slopes(breaks, [1.0, self.m_f, 1.0], start)
+
+    def scaled(self, factor: float) -> Self:
+        """The spring with its three lengths multiplied by `factor`."""
+        f = check_factor(factor)
+        return type(self)(f * self.m0, self.m_f, f * self.alpha_f, f * self.delta)
+
+
+@dataclass(frozen=True, slots=True)
+class Freeplay(PiecewiseLinear):
+    """Freeplay: no moment across a gap, unit slope outside it.
+
+    Parameters
+    ----------
+    gap
+        Full width of the gap, radians.
+    centre
+        Pitch at the middle of the gap, radians.
+    """
+
+    gap: float = 0.0
+    centre: float = 0.0
+    kind: ClassVar[str] = "freeplay"
+
+    def __post_init__(self) -> None:
+        check_fields(self, non_negative=("gap",))
+
+    def pieces(self) -> Pieces:
+        """Three pieces; one where there is no gap."""
+        if self.gap == 0:
+            return Pieces.from_slopes([], [1.0], -self.centre)
+        low, high = self.centre - self.gap / 2, self.centre + self.gap / 2
+        # The intercepts are given, not summed up from the left: the flat is then exactly zero.
+        return Pieces(
+            np.array([low, high]), np.array([1.0, 0.0, 1.0]), np.array([-low, 0.0, -high])
+        )
+
+    def scaled(self, factor: float) -> Self:
+        """The gap and its centre multiplied by `factor`."""
+        f = check_factor(factor)
+        return type(self)(f * self.gap, f * self.centre)
+
+
+def _numbers(name: str, values: Any, problems: list[str]) -> tuple[float, ...]:
+    """A tuple of finite floats; what is wrong is appended to `problems`."""
+    if isinstance(values, str) or not isinstance(values, (Sequence, np.ndarray)):
+        problems.append(f"{name}: must be a list of numbers, not {values!r}")
+        return ()
+    try:
+        numbers = tuple(float(value) for value in values)
+    except (TypeError, ValueError):
+        problems.append(f"{name}: must hold numbers only")
+        return ()
+    if not np.all(np.isfinite(numbers)):
+        problems.append(f"{name}: must hold finite numbers only")
+    return numbers
