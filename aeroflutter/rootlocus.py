@@ -1,0 +1,523 @@
+"""Linear flutter by root locus: roots of ``det(pI - A(U) + N b c)`` followed over speed.
+
+Modes are followed by their eigenvectors: between two neighbouring speeds every right eigenvector
+must have one clear partner among the left ones, or the interval is halved. Crossings of the
+imaginary axis are then found on each mode, touching ones included, and polished by Newton's
+method on the eigenvalue itself. Systems without damping (quasi-steady aerodynamics) lose stability
+where two frequencies coalesce; there the discriminant of the polynomial in ``p^2`` is solved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aeroflutter.errors import InputError
+from aeroflutter.lure import Complex, LureFamily, Real, inverse_transfer
+
+_CLEAR = 0.9  # overlap of a mode with its successor that counts as unambiguous
+_DEPTH = 12  # halvings of a search interval before two modes count as coalescing
+_NEUTRAL = 1e-9  # |Re p| below this fraction of max |p| is round-off, not damping
+
+
+@dataclass(frozen=True, kw_only=True)
+class RootLocusOptions:
+    """Options of :func:`root_locus`.
+
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness N that stands for the spring.
+    low, high : float, optional
+        Range of speeds searched; the family's own ``search_range`` where absent.
+    grid : int
+        Speeds of the first search, before refinement.
+
+    Raises
+    ------
+    InputError
+        Names the option that is out of range.
+    """
+
+    stiffness: float = 1.0
+    low: float | None = None
+    high: float | None = None
+    grid: int = 400
+
+    def __post_init__(self) -> None:
+        problems = []
+        if not np.isfinite(self.stiffness):
+            problems.append(f"stiffness: must be finite, got {self.stiffness!r}")
+        if self.grid < 2:
+            problems.append(f"grid: needs at least 2 speeds, got {self.grid!r}")
+        if self.low is not None and not (np.isfinite(self.low) and self.low > 0):
+            problems.append(f"low: must be a positive finite speed, got {self.low!r}")
+        if self.high is not None and not np.isfinite(self.high):
+            problems.append(f"high: must be a finite speed, got {self.high!r}")
+        if problems:
+            raise InputError(problems)
+
+    def range(self, family: LureFamily) -> tuple[float, float]:
+        """Speeds between which to search."""
+        low, high = family.search_range
+        low = low if self.low is None else self.low
+        high = high if self.high is None else self.high
+        if not low < high:
+            raise InputError([f"low, high: need low < high, got {low:g} and {high:g}"])
+        return low, high
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing:
+    """A root on the imaginary axis.
+
+    Attributes
+    ----------
+    speed, k : float
+        Speed U* and reduced frequency Im p.
+    growing : bool
+        True if the root goes from damped to growing with increasing speed.
+    coalescence : bool
+        True if two undamped modes meet here.
+    """
+
+    speed: float
+    k: float
+    growing: bool
+    coalescence: bool = False
+
+    @property
+    def omega_ratio(self) -> float:
+        """Frequency over the uncoupled pitch frequency, k U*."""
+        return self.k * self.speed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RootLocus:
+    """Result of :func:`root_locus`.
+
+    Attributes
+    ----------
+    flutter : Crossing or None
+        The lowest crossing from damped to growing.
+    crossings : tuple of Crossing
+        All of them, by speed.
+    divergence : float or None
+        Lowest speed at which a real root passes through zero.
+    unstable_at_low : bool
+        True if an oscillatory root grows already at the lowest speed searched.
+    searched : (float, float)
+        Range of speeds searched.
+    stiffness : float
+    speeds : array (m,)
+    roots : array (m, n)
+        Column j is the same mode at every speed.
+    """
+
+    flutter: Crossing | None
+    crossings: tuple[Crossing, ...]
+    divergence: float | None
+    unstable_at_low: bool
+    searched: tuple[float, float]
+    stiffness: float
+    speeds: Real
+    roots: Complex
+
+
+def root_locus(
+    family: LureFamily,
+    options: RootLocusOptions | None = None,
+    *,
+    speeds: ArrayLike | None = None,
+) -> RootLocus:
+    """Roots over speed, every crossing of the imaginary axis, flutter and divergence.
+
+    Parameters
+    ----------
+    family : LureFamily
+    options : RootLocusOptions, optional
+    speeds : array (m,), optional
+        Speeds at which roots are returned. By default 241 of them from the lowest speed searched
+        (or a fiftieth of the flutter speed) to 1.2 times the flutter speed.
+
+    Raises
+    ------
+    InputError
+        If the range is empty or a speed is not positive.
+
+    Examples
+    --------
+    >>> from aeroflutter import SectionFamily, TypicalSection
+    >>> locus = root_locus(SectionFamily(TypicalSection(omega_bar=0.2)))
+    >>> round(locus.flutter.speed, 4)
+    6.2851
+    """
+    options = options or RootLocusOptions()
+    track = _search(family, options)
+    crossings = _crossings(family, options.stiffness, track)
+    flutter = _first_growing(crossings)
+    shown = _output_speeds(speeds, options.range(family), flutter)
+    return RootLocus(
+        flutter=flutter,
+        crossings=crossings,
+        divergence=_divergence(family, options.stiffness, track.speeds),
+        unstable_at_low=_unstable_at_low(track),
+        searched=options.range(family),
+        stiffness=options.stiffness,
+        speeds=shown,
+        roots=_roots_at(family, options.stiffness, shown),
+    )
+
+
+def flutter_point(family: LureFamily, options: RootLocusOptions | None = None) -> Crossing | None:
+    """The lowest crossing from damped to growing, or None if there is none in the range."""
+    options = options or RootLocusOptions()
+    return _first_growing(_crossings(family, options.stiffness, _search(family, options)))
+
+
+def flutter_speed(family: LureFamily, stiffness: float = 1.0) -> float | None:
+    """Linear flutter speed U*_L for a pitch stiffness, or None if there is none in the range."""
+    point = flutter_point(family, RootLocusOptions(stiffness=stiffness))
+    return None if point is None else point.speed
+
+
+def flutter_against_stiffness(
+    family: LureFamily, stiffnesses: ArrayLike, options: RootLocusOptions | None = None
+) -> tuple[Real, Real]:
+    """Flutter speed and reduced frequency for each pitch stiffness (thesis figure 4.11).
+
+    Returns
+    -------
+    speeds, ks : arrays (m,)
+        NaN where there is no flutter in the range searched.
+    """
+    options = options or RootLocusOptions()
+    points = [
+        flutter_point(
+            family,
+            RootLocusOptions(
+                stiffness=float(value), low=options.low, high=options.high, grid=options.grid
+            ),
+        )
+        for value in np.atleast_1d(np.asarray(stiffnesses, dtype=float))
+    ]
+    found = np.array([(np.nan, np.nan) if p is None else (p.speed, p.k) for p in points])
+    return found[:, 0], found[:, 1]
+
+
+# --- following modes -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class _Modes:
+    """Eigenvalues (m, n), right eigenvectors (m, n, n) and their inverses, over speeds (m,)."""
+
+    speeds: Real
+    roots: Complex
+    right: Complex
+    left: Complex
+
+    def merged(self, other: _Modes) -> _Modes:
+        order = np.argsort(np.concatenate([self.speeds, other.speeds]), kind="stable")
+        pairs = zip(self._arrays(), other._arrays(), strict=True)
+        return _Modes(*(np.concatenate(pair)[order] for pair in pairs))
+
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        return self.speeds, self.roots, self.right, self.left
+
+
+@dataclass(frozen=True, eq=False)
+class _Track:
+    """Modes followed over speed: columns of roots and of slopes d root/dU belong together."""
+
+    speeds: Real
+    roots: Complex
+    slopes: Complex
+
+
+def _closed(family: LureFamily, stiffness: float, speeds: Real) -> Real:
+    A, b = family.stack(speeds)
+    closed: Real = A - stiffness * b[..., :, None] * family.c
+    return closed
+
+
+def _modes(family: LureFamily, stiffness: float, speeds: Real) -> _Modes:
+    roots, right = np.linalg.eig(_closed(family, stiffness, speeds))
+    # a defective matrix has no inverse eigenvectors; the pseudo-inverse keeps the others usable
+    roots, right = roots.astype(complex), right.astype(complex)
+    return _Modes(speeds, roots, right, np.linalg.pinv(right, rcond=1e-15))
+
+
+def _partners(modes: _Modes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """For neighbouring speeds: each mode's successor (m-1, n), and whether it is clear (m-1,)."""
+    overlap = np.abs(modes.left[:-1] @ modes.right[1:])
+    best = np.argmax(overlap, axis=2)
+    n = best.shape[1]
+    bijective = np.all(np.sort(best, axis=1) == np.arange(n), axis=1)
+    chosen = np.take_along_axis(overlap, best[..., None], axis=2)[..., 0]
+    rest = (overlap.sum(axis=2) - chosen).max(axis=1)
+    clear = bijective & (chosen.min(axis=1) > _CLEAR) & (rest < 1 - _CLEAR + 0.4)
+    return best, clear
+
+
+def _refined(family: LureFamily, stiffness: float, speeds: Real) -> _Modes:
+    """Halve every interval across which the modes have no clear partners."""
+    modes = _modes(family, stiffness, speeds)
+    for _ in range(_DEPTH):
+        unclear = ~_partners(modes)[1]
+        if not unclear.any():
+            break
+        middle = 0.5 * (modes.speeds[:-1] + modes.speeds[1:])[unclear]
+        modes = modes.merged(_modes(family, stiffness, middle))
+    return modes
+
+
+def _assigned(modes: _Modes) -> NDArray[np.intp]:
+    """Column of each mode at each speed (m, n)."""
+    from scipy.optimize import linear_sum_assignment
+
+    best, clear = _partners(modes)
+    columns = np.empty(modes.roots.shape, dtype=np.intp)
+    columns[0] = np.lexsort((modes.roots[0].real, modes.roots[0].imag))[::-1]
+    for i, (partner, unambiguous) in enumerate(zip(best, clear, strict=True)):
+        if not unambiguous:  # two modes coalesce between these speeds: the nearest roots go on
+            distance = np.abs(modes.roots[i][:, None] - modes.roots[i + 1][None, :])
+            partner = linear_sum_assignment(distance)[1]
+        columns[i + 1] = partner[columns[i]]
+    return columns
+
+
+def _track(family: LureFamily, stiffness: float, speeds: Real) -> _Track:
+    modes = _refined(family, stiffness, speeds)
+    dA, db = family.derivative(modes.speeds)
+    change = dA - stiffness * db[..., :, None] * family.c
+    slopes = np.einsum("mij,mjk,mki->mi", modes.left, change, modes.right, optimize=True)
+    columns = _assigned(modes)
+    return _Track(
+        modes.speeds,
+        np.take_along_axis(modes.roots, columns, axis=1),
+        np.take_along_axis(slopes, columns, axis=1),
+    )
+
+
+def _search(family: LureFamily, options: RootLocusOptions) -> _Track:
+    low, high = options.range(family)
+    space = np.geomspace if low > 0 else np.linspace
+    return _track(family, options.stiffness, space(low, high, options.grid))
+
+
+def _roots_at(family: LureFamily, stiffness: float, speeds: Real) -> Complex:
+    """Tracked roots at the given speeds only."""
+    order = np.argsort(speeds, kind="stable")
+    if speeds.size == 1:
+        roots: Complex = _modes(family, stiffness, speeds).roots
+        return np.take_along_axis(roots, np.argsort(-roots.imag, axis=1), axis=1)
+    track = _track(family, stiffness, np.unique(speeds))
+    found: Complex = track.roots[np.searchsorted(track.speeds, speeds[order])]
+    return found[np.argsort(order)]
+
+
+def _output_speeds(
+    speeds: ArrayLike | None, searched: tuple[float, float], flutter: Crossing | None
+) -> Real:
+    if speeds is None:
+        top = searched[1] if flutter is None else min(1.2 * flutter.speed, searched[1])
+        return np.linspace(max(searched[0], top / 50), top, 241)
+    chosen = np.atleast_1d(np.asarray(speeds, dtype=float))
+    if chosen.size == 0 or not np.all(np.isfinite(chosen) & (chosen > 0)):
+        raise InputError(["speeds: must be positive finite numbers, at least one"])
+    return chosen
+
+
+# --- crossings -----------------------------------------------------------------------------------
+
+
+def _first_growing(crossings: tuple[Crossing, ...]) -> Crossing | None:
+    return next((crossing for crossing in crossings if crossing.growing), None)
+
+
+def _unstable_at_low(track: _Track) -> bool:
+    roots = track.roots[0]
+    return bool(np.any((roots.real > _NEUTRAL * np.abs(roots).max()) & (roots.imag > 0)))
+
+
+def _crossings(family: LureFamily, stiffness: float, track: _Track) -> tuple[Crossing, ...]:
+    if _reversible(track):
+        found = _coalescences(family, stiffness, track.speeds)
+    else:
+        found = [
+            crossing
+            for bracket in _brackets(family, stiffness, track)
+            if (crossing := _polished(family, stiffness, *bracket)) is not None
+        ]
+    return tuple(_distinct(sorted(found, key=lambda crossing: crossing.speed)))
+
+
+def _distinct(crossings: list[Crossing]) -> list[Crossing]:
+    kept: list[Crossing] = []
+    for crossing in crossings:
+        if not any(
+            abs(crossing.speed - other.speed) < 1e-9 * other.speed
+            and abs(crossing.k - other.k) < 1e-9 * other.k
+            for other in kept
+        ):
+            kept.append(crossing)
+    return kept
+
+
+def _brackets(
+    family: LureFamily, stiffness: float, track: _Track
+) -> list[tuple[float, float, complex, complex]]:
+    """Intervals of speed across which an oscillatory root changes the sign of its damping."""
+    U, roots, slopes = track.speeds, track.roots, track.slopes
+    found: list[tuple[float, float, complex, complex]] = []
+    scale = np.abs(roots).max(axis=1)
+    upper = np.minimum(roots[:-1].imag, roots[1:].imag) > _NEUTRAL * scale[1:, None]
+    change = (roots[:-1].real > 0) != (roots[1:].real > 0)
+    for i, j in zip(*np.nonzero(upper & change), strict=True):
+        found.append((U[i], U[i + 1], roots[i, j], roots[i + 1, j]))
+    sign = np.where(roots[:-1].real > 0, 1.0, -1.0)
+    # damping that first falls and then recovers between two speeds may have crossed in between
+    dips = (sign * slopes[:-1].real < 0) & (sign * slopes[1:].real > 0)
+    for i, j in zip(*np.nonzero(upper & ~change & dips), strict=True):
+        turn = _turning_point(
+            family, stiffness, (U[i], U[i + 1]), (roots[i, j], roots[i + 1, j]), sign[i, j]
+        )
+        if turn is not None:
+            speed, root = turn
+            found += [(U[i], speed, roots[i, j], root), (speed, U[i + 1], root, roots[i + 1, j])]
+    return found
+
+
+def _nearest(family: LureFamily, stiffness: float, speed: float, guess: complex) -> complex:
+    roots = np.linalg.eigvals(_closed(family, stiffness, np.asarray(speed)))
+    return complex(roots[np.argmin(np.abs(roots - guess))])
+
+
+def _between(
+    ends: tuple[float, float], roots: tuple[complex, complex]
+) -> Callable[[float], complex]:
+    return lambda speed: (
+        roots[0] + (roots[1] - roots[0]) * (speed - ends[0]) / (ends[1] - ends[0])
+    )
+
+
+def _turning_point(
+    family: LureFamily,
+    stiffness: float,
+    ends: tuple[float, float],
+    roots: tuple[complex, complex],
+    sign: float,
+) -> tuple[float, complex] | None:
+    """The speed of least ``sign * Re p`` between two speeds, if it lies beyond the axis."""
+    from scipy.optimize import minimize_scalar
+
+    guess = _between(ends, roots)
+    best = minimize_scalar(
+        lambda speed: sign * _nearest(family, stiffness, speed, guess(speed)).real,
+        bounds=ends,
+        method="bounded",
+        options={"xatol": 1e-10 * ends[1]},
+    )
+    if best.fun >= 0:
+        return None
+    return float(best.x), _nearest(family, stiffness, best.x, guess(best.x))
+
+
+def _polished(
+    family: LureFamily, stiffness: float, low: float, high: float, first: complex, last: complex
+) -> Crossing | None:
+    """The crossing in a bracket, to round-off."""
+    from scipy.optimize import brentq
+
+    guess = _between((low, high), (first, last))
+
+    def damping(speed: float) -> float:
+        return _nearest(family, stiffness, speed, guess(speed)).real
+
+    if (damping(low) > 0) == (damping(high) > 0):
+        return None
+    speed = float(brentq(damping, low, high, xtol=1e-15 * high, rtol=1e-15))
+    root = _nearest(family, stiffness, speed, guess(speed))
+    if root.imag <= 0:
+        return None
+    return Crossing(speed=speed, k=root.imag, growing=last.real > first.real)
+
+
+# --- systems without damping ---------------------------------------------------------------------
+
+
+def _reversible(track: _Track) -> bool:
+    """True if with every root p, -p is a root as well, so that stability is lost by coalescence."""
+    roots = track.roots
+    scale = np.abs(roots).max(axis=1)
+    distance = np.abs(roots[:, :, None] + roots[:, None, :]).min(axis=2).max(axis=1)
+    # within sqrt(eps) of a double root even exact symmetry shows only to sqrt(eps)
+    return bool(np.all(distance < 1e-6 * scale))
+
+
+def _squares(family: LureFamily, stiffness: float, speed: float) -> Complex:
+    """The squares p^2 of the roots of a reversible system, each once (n/2,)."""
+    closed = _closed(family, stiffness, np.asarray(speed))
+    n = closed.shape[0]
+    if n == 4:  # p^4 - (tr A²/2) p² + det A, without the detour over a double eigenvalue
+        half = 0.25 * np.trace(closed @ closed)
+        root = np.sqrt(complex(half**2 - np.linalg.det(closed)))
+        return np.array([half + root, half - root])
+    squares = np.linalg.eigvals(closed).astype(complex) ** 2
+    return squares[np.argsort(squares.real)][::2]
+
+
+def _discriminant(squares: Complex) -> float:
+    i, j = np.triu_indices(squares.size, 1)
+    return float(np.prod((squares[i] - squares[j]) ** 2).real)
+
+
+def _coalescences(family: LureFamily, stiffness: float, speeds: Real) -> list[Crossing]:
+    from scipy.optimize import brentq
+
+    def value(speed: float) -> float:
+        return _discriminant(_squares(family, stiffness, speed))
+
+    values = np.array([value(speed) for speed in speeds])
+    found = []
+    for i in np.nonzero((values[:-1] > 0) != (values[1:] > 0))[0]:
+        speed = float(brentq(value, speeds[i], speeds[i + 1], xtol=1e-15, rtol=1e-15))
+        squares = _squares(family, stiffness, speed)
+        gaps = np.abs(squares[:, None] - squares[None, :]) + np.diag(np.full(squares.size, np.inf))
+        square = squares[np.argmin(gaps.min(axis=1))].real
+        if square < 0:
+            found.append(
+                Crossing(
+                    speed=speed,
+                    k=float(np.sqrt(-square)),
+                    growing=bool(values[i] > 0),
+                    coalescence=True,
+                )
+            )
+    return found
+
+
+# --- divergence ----------------------------------------------------------------------------------
+
+
+def _divergence(family: LureFamily, stiffness: float, speeds: Real) -> float | None:
+    """Lowest speed at which ``1/G(0) + N`` changes sign: the static loads balance."""
+    from scipy.optimize import brentq
+
+    def balance(speed: float) -> float:
+        A, b = family.stack(speed)
+        return float(inverse_transfer(A, b, family.c, 0.0).real) + stiffness
+
+    A, b = family.stack(speeds)
+    values = inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real + stiffness
+    values[np.abs(values) < 1e-12 * max(1.0, abs(stiffness))] = 0.0
+    for i in np.nonzero(values[:-1] * values[1:] < 0)[0]:
+        speed = float(brentq(balance, speeds[i], speeds[i + 1], xtol=1e-15, rtol=1e-15))
+        if abs(balance(speed)) < 1e-6 * max(1.0, abs(stiffness)):  # not a pole of 1/G(0)
+            return speed
+    return None
