@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import control
 
 Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating[Any, Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +76,10 @@ class LureSystem:
 
     def transfer(self, s: ArrayLike) -> Complex:
         """``G(s) = c (sI - A)^-1 b`` at every ``s`` (any shape)."""
-        s = np.asarray(s, dtype=complex)
-        resolvent = s[..., None, None] * np.eye(self.order) - self.A
-        rhs = np.broadcast_to(self.b[:, None], (*s.shape, self.order, 1))
-        result: Complex = np.linalg.solve(resolvent, rhs)[..., 0] @ self.c
-        return result
+        at = np.asarray(s, dtype=complex)
+        resolvent = at[..., None, None] * np.eye(self.order) - self.A
+        forcing = np.broadcast_to(self.b[:, None], (*at.shape, self.order, 1))
+        return np.asarray(np.linalg.solve(resolvent, forcing)[..., 0] @ self.c)
 
     def inverse_transfer(self, s: ArrayLike) -> Complex:
         """``1/G(s)`` at every ``s`` (any shape), finite at the poles of ``G``."""

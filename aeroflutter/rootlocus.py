@@ -401,9 +401,7 @@ def _nearest(family: LureFamily, stiffness: float, speed: float, guess: complex)
 def _between(
     ends: tuple[float, float], roots: tuple[complex, complex]
 ) -> Callable[[float], complex]:
-    return lambda speed: (
-        roots[0] + (roots[1] - roots[0]) * (speed - ends[0]) / (ends[1] - ends[0])
-    )
+    return lambda speed: roots[0] + (roots[1] - roots[0]) * (speed - ends[0]) / (ends[1] - ends[0])
 
 
 def _turning_point(
@@ -445,7 +443,7 @@ def _polished(
     root = _nearest(family, stiffness, speed, guess(speed))
     if root.imag <= 0:
         return None
-    return Crossing(speed=speed, k=root.imag, growing=last.real > first.real)
+    return Crossing(speed=speed, k=root.imag, growing=bool(last.real > first.real))
 
 
 # --- systems without damping ---------------------------------------------------------------------

@@ -99,6 +99,9 @@ class TypicalSection:
             problems = self._problems()
         if problems:
             raise InputError(problems)
+        for field in fields(self):
+            if field.name != "scale":  # plain floats, whatever number type came in
+                object.__setattr__(self, field.name, float(getattr(self, field.name)))
 
     def _problems(self) -> list[str]:
         problems = [
@@ -189,9 +192,7 @@ class TypicalSection:
         radius = r if r is not None else math.sqrt(_known(I_alpha) / m)
         heave = omega_h if omega_h is not None else math.sqrt(_known(K_h) / m)
         pitch = (
-            omega_alpha
-            if omega_alpha is not None
-            else math.sqrt(_known(K_alpha) / (m * radius**2))
+            omega_alpha if omega_alpha is not None else math.sqrt(_known(K_alpha) / (m * radius**2))
         )
         return cls(
             mu=m / (math.pi * rho * b**2),
@@ -206,9 +207,7 @@ class TypicalSection:
 
 
 def _finite(value: object) -> bool:
-    return (
-        isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    )
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _known(value: float | None) -> float:

@@ -1,0 +1,148 @@
+"""Results as labelled xarray Datasets with units, long names and provenance.
+
+The conventions live in one table, :data:`VARIABLES`. Files speak degrees, so angles are converted
+here, once, and their names end in ``_deg``.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import tempfile
+from collections.abc import Mapping
+from importlib import metadata, resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from aeroflutter.rootlocus import RootLocus
+
+if TYPE_CHECKING:
+    from aeroflutter.case import Case
+
+# name: (units, long name); "1" is dimensionless in the CF conventions
+VARIABLES: dict[str, tuple[str, str]] = {
+    "speed": ("1", "airspeed U* = V/(b omega_alpha)"),
+    "speed_ratio": ("1", "airspeed over the linear flutter speed, U*/U*_L"),
+    "velocity": ("m s-1", "airspeed V"),
+    "root": ("1", "root p of det B(p), per unit of tau = V t/b"),
+    "part": ("1", "real and imaginary part"),
+    "mode": ("1", "number of the mode"),
+    "k": ("1", "reduced frequency omega b/V"),
+    "amplitude_deg": ("degree", "pitch amplitude, half peak to peak"),
+    "bias_deg": ("degree", "midrange of pitch"),
+    "first_harmonic_deg": ("degree", "amplitude of the first harmonic of pitch"),
+    "n_p": ("1", "describing function, in phase with pitch"),
+    "n_q": ("1", "describing function, in quadrature with pitch"),
+    "stable": ("1", "1 where the cycle is stable"),
+    "family": ("1", "number of the family of cycles"),
+    "distortion": ("1", "predicted harmonics 2-9 of pitch over the first"),
+    "in_thesis_range": ("1", "1 where the thesis's describing function applies"),
+    "time": ("1", "nondimensional time tau = V t/b"),
+    "pitch_deg": ("degree", "pitch, nose up"),
+    "heave": ("1", "heave over the semi-chord, positive down"),
+    "moment_deg": ("degree", "restoring moment of the spring over its unit stiffness"),
+    "memory_deg": ("degree", "memory of the spring"),
+    "period": ("1", "period in tau"),
+}
+
+
+@functools.singledispatch
+def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:
+    """The result of an analysis as an xarray Dataset.
+
+    Parameters
+    ----------
+    result : object
+        A result object of any analysis.
+    case : Case, optional
+        Its text and hash are recorded as provenance.
+
+    Raises
+    ------
+    TypeError
+        If the object is not the result of an analysis.
+    """
+    raise TypeError(f"{type(result).__name__} is not a result of an analysis")
+
+
+@to_dataset.register
+def _(result: RootLocus, *, case: Case | None = None) -> xr.Dataset:
+    attributes: dict[str, Any] = {"stiffness": result.stiffness}
+    if result.flutter is not None:
+        attributes |= {"flutter_speed": result.flutter.speed, "flutter_k": result.flutter.k}
+    if result.divergence is not None:
+        attributes["divergence_speed"] = result.divergence
+    return labelled(
+        {"root": (("speed", "mode", "part"), split_complex(result.roots))},
+        {
+            "speed": result.speeds,
+            "mode": np.arange(1, result.roots.shape[1] + 1),
+            "part": ["re", "im"],
+        },
+        attributes,
+        case,
+    )
+
+
+def labelled(
+    variables: Mapping[str, Any],
+    coordinates: Mapping[str, Any],
+    attributes: Mapping[str, Any],
+    case: Case | None,
+) -> xr.Dataset:
+    """A Dataset whose variables carry the units and long names of :data:`VARIABLES`."""
+    dataset = xr.Dataset(variables, coordinates, {**attributes, **provenance(case)})
+    for name in dataset.variables:
+        if name in VARIABLES:
+            units, long_name = VARIABLES[str(name)]
+            dataset[name].attrs |= {"units": units, "long_name": long_name}
+    return dataset
+
+
+def split_complex(values: np.ndarray) -> np.ndarray:
+    """Real and imaginary part along a new last axis: NetCDF has no complex numbers."""
+    return np.stack([values.real, values.imag], axis=-1)
+
+
+def provenance(case: Case | None = None) -> dict[str, str]:
+    """What a reader needs to compute the result again."""
+    names = ("aeroflutter", "numpy", "scipy")
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in names)
+    found = {"Conventions": "CF-1.11", "source": versions, "generated_code_sha256": _code_hash()}
+    if case is not None:
+        found |= {"title": case.title, "case": case.text}
+    return found
+
+
+@functools.cache
+def _code_hash() -> str:
+    """Hash of the generated modules, in the order of their names."""
+    digest = hashlib.sha256()
+    files = resources.files("aeroflutter.generated").iterdir()
+    for file in sorted(files, key=lambda entry: entry.name):
+        if file.name.endswith(".py"):
+            digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
+
+
+def save(dataset: xr.Dataset, path: Path) -> None:
+    """Write NetCDF through a temporary file and a rename: a reader never sees half a file."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".nc")
+    os.close(handle)
+    try:
+        dataset.to_netcdf(name, engine="netcdf4")
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _umask() -> int:
+    current = os.umask(0)
+    os.umask(current)
+    return current

@@ -1,0 +1,133 @@
+"""Root locus, frequency and damping against speed, flutter speed against pitch stiffness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.plots import style as look
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from aeroflutter.lure import Real
+    from aeroflutter.rootlocus import RootLocus
+
+
+def plot_root_locus(result: RootLocus, title: str = "") -> Figure:
+    """The roots in the complex plane (thesis figure 4.10) beside frequency and damping."""
+    with look.style():
+        figure, axes = look.figure(1, 3, width=10.5, height=3.8)
+        modes = _oscillatory(result)
+        _locus(axes[0], result, modes)
+        _frequency(axes[1], result, modes)
+        _damping(axes[2], result, modes)
+        handles, labels = axes[1].get_legend_handles_labels()
+        if handles:
+            axes[1].legend(handles, labels, loc="best")
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def plot_stiffness(stiffness: Real, speed: Real, title: str = "") -> Figure:
+    """Flutter speed against pitch stiffness (thesis figure 4.11)."""
+    with look.style():
+        figure, axes = look.figure(width=5.2, height=3.8)
+        axes.plot(stiffness, speed, color=look.BLUE)
+        axes.set_xlabel("pitch stiffness $N$ (of the linear spring)")
+        axes.set_ylabel(r"flutter speed $U^*$")
+        axes.set_ylim(bottom=0)
+        if title:
+            axes.set_title(title)
+    return figure
+
+
+def _oscillatory(result: RootLocus) -> list[int]:
+    """Columns that are an oscillation somewhere and carry its upper half, slowest first."""
+    imag = result.roots.imag
+    columns = [j for j in range(imag.shape[1]) if np.max(imag[:, j]) > 1e-9]
+    return sorted(columns, key=lambda j: float(np.median(imag[:, j] * result.speeds)))
+
+
+def _masked(values: Real, keep: np.ndarray) -> Real:
+    return np.where(keep, values, np.nan)
+
+
+def _locus(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+    for colour, j in zip(look.CYCLE, modes, strict=False):
+        upper = result.roots[:, j].imag > 0
+        re, im = (_masked(part, upper) for part in (result.roots[:, j].real, result.roots[:, j].imag))
+        axes.plot(re, im, color=colour)
+        axes.plot(re, -im, color=colour, alpha=0.35)
+    real = [j for j in range(result.roots.shape[1]) if j not in modes]
+    for j in real:
+        on_axis = np.abs(result.roots[:, j].imag) < 1e-12
+        axes.plot(
+            _masked(result.roots[:, j].real, on_axis),
+            np.zeros(result.speeds.size),
+            color=look.GREY,
+            linewidth=2.0,
+            alpha=0.6,
+        )
+    axes.axvline(0.0, color=look.BLACK, linewidth=0.7)
+    for crossing in result.crossings:
+        axes.plot(0.0, crossing.k, "x", color=look.BLACK, markersize=6)
+        axes.annotate(
+            f"$U^*$ = {crossing.speed:.4g}",
+            (0.0, crossing.k),
+            xytext=(6, 5),
+            textcoords="offset points",
+            fontsize=8,
+        )
+    _limit_locus(axes, result, modes)
+    axes.set_xlabel(r"Re $\bar p$")
+    axes.set_ylabel(r"Im $\bar p$")
+    axes.set_title("root locus")
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _limit_locus(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+    """Show the part of the locus around the crossing: at low speed every root tends to infinity."""
+    if result.flutter is None or not modes:
+        return
+    top = 3.0 * result.flutter.k
+    shown = result.roots[:, modes]
+    inside = (shown.imag > 0) & (shown.imag < top)
+    if inside.any():
+        low, high = shown.real[inside].min(), shown.real[inside].max()
+        pad = 0.12 * max(high - low, 1e-6)
+        axes.set_xlim(low - pad, high + 2.5 * pad)
+    axes.set_ylim(-top, top)
+
+
+def _frequency(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+    for number, (colour, j) in enumerate(zip(look.CYCLE, modes, strict=False), start=1):
+        imag = _masked(result.roots[:, j].imag, result.roots[:, j].imag > 0)
+        axes.plot(result.speeds, imag * result.speeds, color=colour, label=f"mode {number}")
+    _mark(axes, result)
+    axes.set_xlabel(look.SPEED)
+    axes.set_ylabel(look.FREQUENCY_RATIO)
+    axes.set_ylim(bottom=0)
+    axes.set_title("frequency")
+
+
+def _damping(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+    for colour, j in zip(look.CYCLE, modes, strict=False):
+        root = result.roots[:, j]
+        ratio = _masked(-root.real / np.maximum(np.abs(root), 1e-300), root.imag > 0)
+        axes.plot(result.speeds, ratio, color=colour)
+    axes.axhline(0.0, color=look.BLACK, linewidth=0.7)
+    _mark(axes, result)
+    axes.set_xlabel(look.SPEED)
+    axes.set_ylabel(r"damping ratio $-$Re $\bar p\,/\,|\bar p|$")
+    axes.set_title("damping")
+
+
+def _mark(axes: Axes, result: RootLocus) -> None:
+    if result.flutter is not None:
+        look.mark_speed(axes, result.flutter.speed, "flutter")
+    if result.divergence is not None and result.divergence <= result.speeds.max():
+        look.mark_speed(axes, result.divergence, "divergence", colour=look.PURPLE)

@@ -1,0 +1,112 @@
+"""One look for every figure: colour-blind-safe colours, symbols as the field writes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette: distinguishable with any colour vision and in grey
+BLUE = "#0072B2"
+ORANGE = "#E69F00"
+GREEN = "#009E73"
+VERMILION = "#D55E00"
+PURPLE = "#CC79A7"
+SKY = "#56B4E9"
+BLACK = "#222222"
+GREY = "#8A8A8A"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+
+SPEED = r"airspeed $U^*$"
+SPEED_RATIO = r"airspeed ratio $U^*/U^*_L$"
+AMPLITUDE = "pitch amplitude (deg)"
+PITCH = r"pitch $\alpha$ (deg)"
+MOMENT = r"restoring moment $F(\alpha)$ (deg)"
+TIME = r"nondimensional time $\tau$"
+FREQUENCY_RATIO = r"frequency $\omega/\omega_\alpha$"
+
+FORMATS = (".png", ".svg", ".pdf")
+
+_RC: dict[str, Any] = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#444444",
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.5,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.0,
+    "figure.dpi": 160,
+    "savefig.dpi": 200,
+    "svg.hashsalt": "aeroflutter",
+    "pdf.fonttype": 42,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw under the project's style, leaving matplotlib's settings as they were."""
+    import matplotlib
+    from cycler import cycler
+
+    with matplotlib.rc_context({**_RC, "axes.prop_cycle": cycler(color=CYCLE)}):
+        yield
+
+
+def figure(
+    rows: int = 1, columns: int = 1, *, width: float = 6.4, height: float = 4.0, **keywords: Any
+) -> tuple[Figure, Any]:
+    """A figure without a window, and its axes as ``Figure.subplots`` gives them."""
+    from matplotlib.figure import Figure
+
+    drawing = Figure(figsize=(width, height), layout="constrained")
+    return drawing, drawing.subplots(rows, columns, **keywords)
+
+
+def save(drawing: Figure, path: Path) -> None:
+    """Write a figure as png, svg or pdf, the same bytes every time."""
+    with style():
+        metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
+        drawing.savefig(path, metadata=metadata)
+
+
+def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> None:
+    """A thin vertical line at a speed, labelled inside the top of the axes."""
+    axes.axvline(speed, color=colour, linewidth=0.8, linestyle=":")
+    axes.annotate(
+        text,
+        (speed, 1.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(-3, -4),
+        textcoords="offset points",
+        rotation=90,
+        ha="right",
+        va="top",
+        fontsize=7.5,
+        color=colour,
+    )
+
+
+def segments(flags: np.ndarray) -> list[tuple[slice, bool]]:
+    """Runs of equal flags as slices that overlap by one point, so that drawn lines join up."""
+    edges = np.nonzero(np.diff(flags.astype(int)))[0] + 1
+    starts, stops = [0, *edges], [*edges, flags.size]
+    return [
+        (slice(start, min(stop + 1, flags.size)), bool(flags[start]))
+        for start, stop in zip(starts, stops, strict=True)
+    ]
