@@ -1,0 +1,193 @@
+"""The keys of a case file: one pydantic model a table, one metadata record a key.
+
+The models check names, types and finiteness; what the numbers may be is checked by the section,
+the aerodynamics and the springs themselves. The metadata word the error messages and the file
+that `aeroflutter init` writes, so that a key is described in one place only.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+LARGEST = 1e12
+"""No number of a case may be larger in size: beyond it the matrices overflow sooner or later."""
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+
+NUMBER = "a finite number"
+POSITIVE = "a positive number"
+NOT_NEGATIVE = "a number, zero or positive"
+NUMBERS = "a list of finite numbers"
+
+
+def key(allowed: str, meaning: str, default: Any = ..., example: str = "") -> Any:
+    """A key of a table; `example` stands in the written file where there is no default."""
+    extra = {"allowed": allowed, "example": example}
+    return Field(default, description=meaning, json_schema_extra=extra)
+
+
+def metadata(model: type[Table], name: str) -> dict[str, str]:
+    """The keys `allowed`, `example` and `meaning` of one key of a table."""
+    field = model.model_fields[name]
+    assert isinstance(field.json_schema_extra, dict)  # every field is made by key()
+    return {"meaning": field.description or "", **field.json_schema_extra}  # type: ignore[dict-item]
+
+
+class Table(BaseModel):
+    """A table of a case file: no other keys, no conversions of type."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class Dimensional(Table):
+    """`[section.si]`: the section per unit span in SI units."""
+
+    m: Number = key(POSITIVE, "mass per unit span, kg/m", example="24.05")
+    b: Number = key(POSITIVE, "semi-chord, m", example="0.25")
+    rho: Number = key(POSITIVE, "air density, kg/m^3", example="1.225")
+    x_cg: Number | None = key(NUMBER, "centre of mass behind the elastic axis, m", None, "0.0625")
+    S: Number | None = key(NUMBER, "or: static moment m x_cg, kg", None, "1.503")
+    I_alpha: Number | None = key(
+        POSITIVE, "moment of inertia about the elastic axis, kg m", None, "0.3758"
+    )
+    r: Number | None = key(POSITIVE, "or: radius of gyration about it, m", None, "0.125")
+    K_h: Number | None = key(POSITIVE, "heave stiffness, N/m^2", None, "38480.0")
+    omega_h: Number | None = key(POSITIVE, "or: uncoupled heave frequency, rad/s", None, "40.0")
+    K_alpha: Number | None = key(POSITIVE, "pitch stiffness, N/rad", None, "939.5")
+    omega_alpha: Number | None = key(POSITIVE, "or: uncoupled pitch frequency, rad/s", None, "50.0")
+
+
+class Section(Table):
+    """`[section]`: the typical section, nondimensional."""
+
+    mu: Number = key(POSITIVE, "mass ratio m/(pi rho b^2)", 100.0)
+    a_h: Number = key(NUMBER, "elastic axis behind mid-chord, in semi-chords", -0.5)
+    x_alpha: Number = key(NUMBER, "centre of mass behind the elastic axis, in semi-chords", 0.25)
+    r_alpha: Number = key(
+        "a number larger than |x_alpha|", "radius of gyration about it, in semi-chords", 0.5
+    )
+    omega_bar: Number = key(
+        POSITIVE, "ratio of the uncoupled heave and pitch frequencies", example="0.8"
+    )
+    zeta_alpha: Number = key(NOT_NEGATIVE, "viscous damping ratio of pitch", 0.0)
+    zeta_xi: Number = key(NOT_NEGATIVE, "viscous damping ratio of heave", 0.0)
+
+
+class DimensionalSection(Table):
+    """`[section]` beside a table `[section.si]`: what that one does not say."""
+
+    a_h: Number = Section.model_fields["a_h"]
+    zeta_alpha: Number = Section.model_fields["zeta_alpha"]
+    zeta_xi: Number = Section.model_fields["zeta_xi"]
+
+
+class QuasiSteadyKeys(Table):
+    """`[aerodynamics]` without lag."""
+
+    model: Literal["quasi-steady"] = "quasi-steady"
+
+
+class WagnerKeys(Table):
+    """`[aerodynamics]` with an indicial function phi = 1 - sum a_i exp(-b_i tau)."""
+
+    model: Literal["wagner"] = "wagner"
+    a: list[Number] | None = key(
+        "a list of numbers with a sum below 1",
+        "coefficients, default Jones",
+        None,
+        "[0.165, 0.335]",
+    )
+    b: list[Number] | None = key(
+        "a list of positive numbers, as many as in a",
+        "decay rates per unit of tau = V t/b",
+        None,
+        "[0.0455, 0.3]",
+    )
+
+
+class LinearKeys(Table):
+    """Linear spring F = alpha."""
+
+    kind: Literal["linear"] = "linear"
+
+
+class CubicKeys(Table):
+    """Cubic spring F = beta1 alpha + beta3 alpha^3 (radians)."""
+
+    kind: Literal["cubic"] = "cubic"
+    beta1: Number = key(NUMBER, "slope at the origin", 1.0)
+    beta3: Number = key(NUMBER, "cubic coefficient, per rad^2", example="3.0")
+
+
+class TableKeys(Table):
+    """Measured moment-rotation table, straight between and beyond its points."""
+
+    kind: Literal["table"] = "table"
+    pitch_deg: list[Number] = key(
+        "a list of at least two ascending numbers", "pitch, degrees", example="[-1.0, 0.0, 1.0]"
+    )
+    moment_deg: list[Number] = key(
+        "a list of numbers, as many as in pitch_deg",
+        "moment, degrees of a spring of unit slope",
+        example="[-0.8, 0.0, 0.8]",
+    )
+
+
+class BilinearKeys(Table):
+    """Bilinear spring with preload: unit slope outside a flat of slope m_f."""
+
+    kind: Literal["bilinear"] = "bilinear"
+    m0_deg: Number = key(NUMBER, "moment at the start of the flat (preload), degrees", 0.0)
+    m_f: Number = key(NUMBER, "slope of the flat", 0.0)
+    alpha_f_deg: Number = key(NUMBER, "pitch at the start of the flat, degrees", example="0.25")
+    delta_deg: Number = key(NOT_NEGATIVE, "width of the flat, degrees", example="0.5")
+
+
+class FreeplayKeys(Table):
+    """Freeplay: no moment inside the gap, unit slope outside."""
+
+    kind: Literal["freeplay"] = "freeplay"
+    gap_deg: Number = key(NOT_NEGATIVE, "full width of the gap, degrees", example="1.0")
+    centre_deg: Number = key(NUMBER, "pitch at the middle of the gap, degrees", 0.0)
+
+
+class HysteresisKeys(Table):
+    """Hysteresis loop: freeplay with friction, unit slope outside."""
+
+    kind: Literal["hysteresis"] = "hysteresis"
+    delta_v_deg: Number = key(NOT_NEGATIVE, "height of the loop (friction), degrees", example="1.0")
+    delta_h_deg: Number = key(NOT_NEGATIVE, "width of the loop (gap), degrees", example="0.2")
+    v_off_deg: Number = key(NUMBER, "offset of the loop along the moment axis, degrees", 0.0)
+    h_off_deg: Number = key(NUMBER, "offset of the loop along the pitch axis, degrees", 0.0)
+
+
+class Initial(Table):
+    """`[initial]`: the motion at tau = 0."""
+
+    alpha_deg: Number = key(NUMBER, "pitch, degrees", 6.0)
+    alpha_rate_deg: Number = key(NUMBER, "pitch rate, degrees per unit of tau", 0.0)
+    xi: Number = key(NUMBER, "heave, semi-chords (down is positive)", 0.0)
+    xi_rate: Number = key(NUMBER, "heave rate, semi-chords per unit of tau", 0.0)
+
+
+AERODYNAMICS: dict[str, type[Table]] = {"wagner": WagnerKeys, "quasi-steady": QuasiSteadyKeys}
+
+SPRINGS: dict[str, type[Table]] = {
+    "linear": LinearKeys,
+    "cubic": CubicKeys,
+    "table": TableKeys,
+    "bilinear": BilinearKeys,
+    "freeplay": FreeplayKeys,
+    "hysteresis": HysteresisKeys,
+}
+
+TABLES: dict[str, tuple[type[Table], ...]] = {
+    "section": (Section,),
+    "section.si": (Dimensional,),
+    "aerodynamics": tuple(AERODYNAMICS.values()),
+    "spring": tuple(SPRINGS.values()),
+    "initial": (Initial,),
+}
+"""Where every key may stand, to say where a misplaced one belongs."""
