@@ -60,7 +60,10 @@ def _closed_form(terms: dict[sp.Symbol, sp.Expr]) -> Definitions:
     ratio = 1 - s.X_ALPHA**2 / s.R_ALPHA**2
     if sp.simplify(quarter[inertia] - ratio) != 0 or sp.simplify(quarter[k_1]) != 0:
         raise ValueError("the air has a stiffness about the quarter chord: no closed form")
-    root = sp.sqrt(inertia) * sp.sqrt(sp.factor(quarter[k_2]))
-    lower = sp.expand(quarter[spring] - 2 * root)
-    squared = lower * sp.simplify(-1 / quarter[air])
-    return [(inertia, ratio), (sp.Symbol("squared"), squared)]
+    lower, squared = sp.symbols("lower squared")
+    root = sp.sqrt(sp.factor(quarter[k_2]) * inertia)
+    return [
+        (inertia, ratio),
+        (lower, sp.expand(quarter[spring]) - 2 * root),
+        (squared, lower * sp.simplify(-1 / quarter[air])),
+    ]

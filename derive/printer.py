@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import sympy as sp
-from sympy.printing.precedence import PRECEDENCE, precedence
+from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.str import StrPrinter
 
 _FUNCTIONS = {
@@ -57,41 +57,28 @@ class NumpyPrinter(StrPrinter):
         return f"{text}**{power}" if simple else f"{text} ** {power}"
 
     def _print_Add(self, expr: sp.Add, order: str | None = None) -> str:
-        terms = sorted(
-            self._as_ordered_terms(expr, order=order), key=lambda term: _sign(term) < 0
-        )
-        text = ""
-        for term in terms:
-            sign = " - " if _sign(term) < 0 else " + "
-            body = self.parenthesize(-term if _sign(term) < 0 else term, PRECEDENCE["Add"])
-            text += (sign if text else ("-" if _sign(term) < 0 else "")) + body
+        terms = self._as_ordered_terms(expr, order=order)
+        terms = sorted(terms, key=_negative)
+        text = self._print(terms[0])
+        for term in terms[1:]:
+            sign, body = (" - ", -term) if _negative(term) else (" + ", term)
+            text += sign + self.parenthesize(body, PRECEDENCE["Add"])
         return text
 
     def _print_Mul(self, expr: sp.Mul) -> str:
-        if _sign(expr) < 0:
-            negated = -expr
-            text = self._print(negated)
-            return f"-({text})" if negated.is_Add else f"-{text}"
-        coefficient, rest = expr.as_coeff_Mul()
-        top, bottom = [], []
-        if coefficient != 1:
-            exact = Fraction(int(coefficient.p), int(coefficient.q))
-            decimal = Fraction(float(exact)) == exact and abs(exact) < 10**6
-            top += [coefficient] if decimal else [sp.Integer(coefficient.p)]
-            bottom += [] if decimal else [sp.Integer(coefficient.q)]
-        for factor in sp.Mul.make_args(rest) if rest.is_commutative else [rest]:
-            exponent = factor.as_base_exp()[1]
-            (bottom if exponent.is_negative else top).append(
-                1 / factor if exponent.is_negative else factor
-            )
-        top = [f for f in top if f != 1]
-        order = sp.core.sorting.default_sort_key
-        top = [f for f in top if f.is_Number] + sorted([f for f in top if not f.is_Number], key=order)
-        above = " * ".join(self._factor(factor) for factor in top) or "1.0"
-        if not bottom:
-            return above
+        sign = "-" if _negative(expr) else ""
+        positive = -expr if sign else expr
+        if positive.is_Add:
+            return f"{sign}({self._print(positive)})"
+        top, bottom = _fraction(positive)
+        above = [self._factor(factor) for factor in top] or ["1.0"]
         below = [self._factor(factor) for factor in bottom]
-        return f"{above} / {below[0]}" if len(below) == 1 else f"{above} / ({' * '.join(below)})"
+        if sign and top and top[0].is_Pow and not _is_root(top[0]):
+            above[0] = f"({above[0]})"
+        text = sign + " * ".join(above)
+        if not below:
+            return text
+        return f"{text} / {below[0]}" if len(below) == 1 else f"{text} / ({' * '.join(below)})"
 
     def _factor(self, factor: sp.Expr) -> str:
         if factor.is_Atom or factor.is_Function or _is_root(factor):
@@ -99,8 +86,24 @@ class NumpyPrinter(StrPrinter):
         return self.parenthesize(factor, PRECEDENCE["Mul"] + 1)
 
 
-def _sign(term: sp.Expr) -> int:
-    return -1 if term.could_extract_minus_sign() and not term.is_Add else 1
+def _negative(term: sp.Expr) -> bool:
+    return bool(term.could_extract_minus_sign() and not term.is_Add)
+
+
+def _fraction(product: sp.Expr) -> tuple[list[sp.Expr], list[sp.Expr]]:
+    """Factors above and below the bar, numbers first, decimals where they are exact."""
+    coefficient, rest = product.as_coeff_Mul()
+    exact = Fraction(int(coefficient.p), int(coefficient.q))
+    decimal = Fraction(float(exact)) == exact
+    numbers = [coefficient] if decimal else [sp.Integer(coefficient.p)]
+    top = [number for number in numbers if number != 1]
+    bottom = [] if decimal else [sp.Integer(coefficient.q)]
+    for factor in sorted(sp.Mul.make_args(rest), key=sp.core.sorting.default_sort_key):
+        if factor.as_base_exp()[1].is_negative:
+            bottom.append(1 / factor)
+        elif factor != 1:
+            top.append(factor)
+    return top, bottom
 
 
 def _is_root(expression: sp.Expr) -> bool:
@@ -112,4 +115,4 @@ def source(expression: sp.Expr) -> str:
     return NumpyPrinter().doprint(sp.sympify(expression))
 
 
-__all__ = ["NumpyPrinter", "precedence", "source"]
+__all__ = ["NumpyPrinter", "source"]
