@@ -69,7 +69,7 @@ def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:
     raise TypeError(f"{type(result).__name__} is not a result of an analysis")
 
 
-@to_dataset.register
+@to_dataset.register(RootLocus)
 def _(result: RootLocus, *, case: Case | None = None) -> xr.Dataset:
     attributes: dict[str, Any] = {"stiffness": result.stiffness}
     if result.flutter is not None:

@@ -52,14 +52,16 @@ def _oscillatory(result: RootLocus) -> list[int]:
     return sorted(columns, key=lambda j: float(np.median(imag[:, j] * result.speeds)))
 
 
-def _masked(values: Real, keep: np.ndarray) -> Real:
+def _masked(values: np.ndarray, keep: np.ndarray) -> np.ndarray:
     return np.where(keep, values, np.nan)
 
 
 def _locus(axes: Axes, result: RootLocus, modes: list[int]) -> None:
     for colour, j in zip(look.CYCLE, modes, strict=False):
         upper = result.roots[:, j].imag > 0
-        re, im = (_masked(part, upper) for part in (result.roots[:, j].real, result.roots[:, j].imag))
+        re, im = (
+            _masked(part, upper) for part in (result.roots[:, j].real, result.roots[:, j].imag)
+        )
         axes.plot(re, im, color=colour)
         axes.plot(re, -im, color=colour, alpha=0.35)
     real = [j for j in range(result.roots.shape[1]) if j not in modes]
