@@ -75,6 +75,11 @@ class Case:
         """SHA-256 of `text`, for provenance."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The tables of the file, in its units, completed by the defaults."""
+        return parse_case(self.text, self.source)
+
     def family(self) -> SectionFamily:
         """The section at every airspeed, as the analyses see it."""
         from aeroflutter.lure import SectionFamily

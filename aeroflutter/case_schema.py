@@ -84,13 +84,13 @@ class DimensionalSection(Table):
 
 
 class QuasiSteadyKeys(Table):
-    """`[aerodynamics]` without lag."""
+    """Lift without lag."""
 
     model: Literal["quasi-steady"] = "quasi-steady"
 
 
 class WagnerKeys(Table):
-    """`[aerodynamics]` with an indicial function phi = 1 - sum a_i exp(-b_i tau)."""
+    """Indicial lift phi = 1 - sum a_i exp(-b_i tau)."""
 
     model: Literal["wagner"] = "wagner"
     a: list[Number] | None = key(
@@ -122,7 +122,7 @@ class CubicKeys(Table):
 
 
 class TableKeys(Table):
-    """Measured moment-rotation table, straight between and beyond its points."""
+    """Measured moment-rotation table, straight between its points."""
 
     kind: Literal["table"] = "table"
     pitch_deg: list[Number] = key(
@@ -136,7 +136,7 @@ class TableKeys(Table):
 
 
 class BilinearKeys(Table):
-    """Bilinear spring with preload: unit slope outside a flat of slope m_f."""
+    """Bilinear with preload: unit slope outside a flat of slope m_f."""
 
     kind: Literal["bilinear"] = "bilinear"
     m0_deg: Number = key(NUMBER, "moment at the start of the flat (preload), degrees", 0.0)

@@ -1,0 +1,125 @@
+"""The command line: `aeroflutter COMMAND CASE [options]`.
+
+Commands are imported when they are called, so that `--help` stays light. A new command is one
+line in `COMMANDS` and one file beside this one.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from aeroflutter import __version__
+from aeroflutter.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    from cyclopts import App
+
+__all__ = ["COMMANDS", "main"]
+
+COMMANDS = {
+    "cases": "List the built-in cases.",
+    "init": "Write a commented case file to start from.",
+    "validate": "Check a case file and say what it describes.",
+}
+"""Name of every command and its line in the help; `NAME` is the function `NAME` of `cli/NAME.py`."""
+
+OK, FAILED, BAD_INPUT, NOT_CONVERGED, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
+
+_HELP = """\
+Usage: aeroflutter COMMAND CASE [OPTIONS]
+
+Flutter and limit cycles of a typical section with a nonlinear pitch spring.
+
+CASE is a TOML file or the name of a built-in case; speeds are U* = V/(b omega_alpha), angles
+are in degrees. Exit codes: 2 for bad input, 3 where a method did not converge.
+
+Commands:
+{commands}
+
+`aeroflutter COMMAND --help` describes a command; `aeroflutter --version` prints the version.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line.
+
+    Parameters
+    ----------
+    arguments
+        Words after the program's name; by default those of the process.
+
+    Returns
+    -------
+    int
+        Exit code: 0, 2 for bad input, 3 where a method did not converge, 130 if interrupted.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal without UTF-8 still gets its text
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        _run(list(sys.argv[1:] if arguments is None else arguments))
+        sys.stdout.flush()
+    except InputError as error:
+        return _refuse(BAD_INPUT, *error.problems)
+    except ConvergenceError as error:
+        return _refuse(NOT_CONVERGED, str(error))
+    except KeyboardInterrupt:
+        return _refuse(INTERRUPTED, "interrupted")
+    except BrokenPipeError:
+        # The reader has gone, as in `aeroflutter cases | head -1`; nor may Python flush at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
+    except OSError as error:
+        return _refuse(FAILED, f"cannot go on: {error.strerror or error}")
+    return OK
+
+
+def _run(words: list[str]) -> None:
+    # The two answers that need no parsing are given before cyclopts and rich are imported.
+    if not words or words[0] in ("--help", "-h"):
+        print(_HELP.format(commands="\n".join(f"  {n:<12}{line}" for n, line in COMMANDS.items())))
+    elif words[0] == "--version":
+        print(__version__)
+    elif words[0] not in COMMANDS:
+        raise InputError(_unknown_command(words[0]))
+    else:
+        _call(words)
+
+
+def _call(words: list[str]) -> None:
+    from cyclopts.exceptions import CycloptsError
+
+    try:
+        command, bound, _ = build_app().parse_args(words, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        error.verbose = False
+        raise InputError(" ".join(str(error).split())) from None
+    command(*bound.args, **bound.kwargs)
+
+
+def _unknown_command(word: str) -> str:
+    from difflib import get_close_matches
+
+    close = get_close_matches(word, COMMANDS, n=1)
+    hint = f'did you mean "{close[0]}"?' if close else f"the commands are {', '.join(COMMANDS)}"
+    return f"{word!r}: no such command; {hint}"
+
+
+def build_app() -> App:
+    """The cyclopts application with every command registered, none imported."""
+    from cyclopts import App
+
+    app = App(name="aeroflutter", version=__version__, help_format="plaintext")
+    for name, line in COMMANDS.items():
+        app.command(f"{__name__}.{name}:{name}", name=name, help=line)
+    return app
+
+
+def _refuse(code: int, *lines: str) -> int:
+    for line in lines:
+        print(f"aeroflutter: {line}", file=sys.stderr)
+    return code

@@ -1,0 +1,250 @@
+"""What the commands share: the case, the ways of output, numbers in and out."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from aeroflutter.case import Case
+
+PLOT_SUFFIXES = (".png", ".svg", ".pdf")
+MOST_NUMBERS = 10_000_000
+
+CaseName = Annotated[str, Parameter(help="TOML file or name of a built-in case.")]
+Json = Annotated[
+    bool,
+    Parameter(
+        name="--json",
+        negative=(),
+        show_default=False,
+        help="Print one JSON object instead of text.",
+    ),
+]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class CaseOptions:
+    """Changes to the case."""
+
+    set: Annotated[
+        list[str],
+        Parameter(
+            name="--set",
+            negative=(),
+            show_default=False,
+            help="Change a key of the case, as in --set section.mu=50; may be repeated.",
+        ),
+    ] = field(default_factory=list)
+
+    def load(self, name: str) -> Case:
+        """The case with the changes of `--set`."""
+        from aeroflutter.case import load_case
+        from aeroflutter.case_source import parse_override
+
+        return load_case(name, dict(map(parse_override, self.set)))
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """Where results go."""
+
+    json: Json = False
+    out: Annotated[
+        Path | None, Parameter(name="--out", help="Save the result in this NetCDF file (.nc).")
+    ] = None
+    plot: Annotated[
+        Path | None, Parameter(name="--plot", help="Draw into this file (.png, .svg or .pdf).")
+    ] = None
+
+    def check(self) -> None:
+        """Refuse targets that cannot be written before any work is done.
+
+        Raises
+        ------
+        InputError
+            If a suffix is unknown or a folder does not exist.
+        """
+        problems = _target("--out", self.out, (".nc",))
+        problems += _target("--plot", self.plot, PLOT_SUFFIXES)
+        if problems:
+            raise InputError(problems)
+
+    def deliver(
+        self,
+        payload: Mapping[str, Any],
+        *,
+        text: Callable[[], None],
+        dataset: Callable[[], xr.Dataset] | None = None,
+        figure: Callable[[], Figure] | None = None,
+    ) -> None:
+        """Print, save and draw, each only if asked for.
+
+        Parameters
+        ----------
+        payload
+            What `--json` prints.
+        text
+            Prints the result for people.
+        dataset, figure
+            Make what `--out` saves and `--plot` draws.
+        """
+        from aeroflutter.files import replacing
+
+        if self.out and dataset:
+            with replacing(self.out) as part:
+                dataset().to_netcdf(part, engine="netcdf4")
+        if self.plot and figure:
+            with replacing(self.plot) as part:
+                figure().savefig(part, dpi=150)
+        if self.json:
+            print_json(payload)
+            return
+        text()
+        for path in (self.out, self.plot):
+            if path:
+                print(f"written: {path}")
+
+
+def _target(option: str, path: Path | None, suffixes: Sequence[str]) -> list[str]:
+    if path is None:
+        return []
+    problems = []
+    if path.suffix.lower() not in suffixes:
+        problems.append(f"{option} {path}: must end in {' or '.join(suffixes)}")
+    if path.is_dir():
+        problems.append(f"{option} {path}: is a directory; name a file in it")
+    elif not path.parent.is_dir():
+        problems.append(f"{option} {path}: there is no folder {path.parent}; create it first")
+    return problems
+
+
+def print_json(payload: Mapping[str, Any]) -> None:
+    """Print one JSON object on one line of stdout."""
+    json.dump(plain(payload), sys.stdout, allow_nan=False)
+    sys.stdout.write("\n")
+
+
+def plain(value: Any) -> Any:
+    """The value in JSON's types: complex as [re, im], NaN and infinities as null."""
+    if value is None or isinstance(value, (bool, str, int)):
+        return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):  # NumPy scalars and arrays
+        return plain(value.tolist())
+    if isinstance(value, Iterable):
+        return [plain(item) for item in value]
+    return str(value)
+
+
+def numbers(option: str, text: str) -> NDArray[np.float64]:
+    """Numbers of an option: `A:B:N` (N of them, both ends included) or a list `a,b,c`.
+
+    Parameters
+    ----------
+    option
+        Name of the option, for messages.
+    text
+        What was given.
+
+    Returns
+    -------
+    array (N,)
+
+    Raises
+    ------
+    InputError
+        If the text is neither, or a number is not finite.
+
+    Examples
+    --------
+    >>> numbers("--speeds", "1:2:3")
+    array([1. , 1.5, 2. ])
+    """
+    import numpy as np
+
+    if ":" not in text:
+        return np.array([_number(option, part) for part in text.split(",")])
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InputError(f'{option}: "{text}" must be A:B:N or a list a,b,c')
+    low, high = _number(option, parts[0]), _number(option, parts[1])
+    return np.linspace(low, high, _count(option, parts[2]))
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(f'{option}: "{text.strip()}" is not a number') from None
+    if not math.isfinite(value):
+        raise InputError(f'{option}: "{text.strip()}" is not finite')
+    return value
+
+
+def _count(option: str, text: str) -> int:
+    try:
+        count = int(text)
+    except ValueError:
+        count = 0
+    if not 1 <= count <= MOST_NUMBERS:
+        raise InputError(
+            f'{option}: N of A:B:N must be a whole number from 1 to {MOST_NUMBERS}, not "{text}"'
+        )
+    return count
+
+
+def show_table(headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Print rows under headings; numbers to six digits, aligned right."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    rows = list(rows)
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
+    for index, heading in enumerate(headings):
+        numeric = bool(rows) and all(isinstance(row[index], (int, float)) for row in rows)
+        table.add_column(heading, justify="right" if numeric else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*map(shown, row))
+    width = None if sys.stdout.isatty() else 200  # a file or a pipe has no edge to wrap at
+    Console(markup=False, highlight=False, emoji=False, width=width).print(table)
+
+
+def show_facts(facts: Mapping[str, Any]) -> None:
+    """Print one `label: value` a line, values aligned."""
+    width = max(map(len, facts), default=0) + 1
+    for label, value in facts.items():
+        print(f"{label + ':':<{width}} {shown(value)}")
+
+
+def shown(value: Any) -> str:
+    """A value for people: numbers to six digits, a dash for what does not exist."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}" if math.isfinite(value) else "-"
+    return str(value)

@@ -1,0 +1,56 @@
+"""`aeroflutter validate`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Json, print_json, show_facts, shown
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    from aeroflutter.case import Case
+
+
+def validate(
+    case: CaseName,
+    /,
+    *,
+    options: CaseOptions = CaseOptions(),
+    json: Json = False,
+) -> None:
+    """Check a case file and say what it describes.
+
+    Every problem is reported at once, one line each, on stderr; the exit code is then 2.
+    """
+    try:
+        loaded = options.load(case)
+    except InputError as error:
+        if json:
+            print_json({"valid": False, "problems": error.problems})
+        raise
+    if json:
+        print_json({"valid": True, "problems": [], "digest": loaded.digest, "case": loaded.tables})
+        return
+    print(f"{loaded.source}: ok")
+    show_facts(_facts(loaded))
+
+
+def _facts(case: Case) -> dict[str, Any]:
+    facts: dict[str, Any] = {"title": case.title}
+    section = {
+        name: getattr(case.section, name)
+        for name in ("mu", "a_h", "x_alpha", "r_alpha", "omega_bar", "zeta_alpha", "zeta_xi")
+    }
+    facts["section"] = _listed(section)
+    if case.section.scale:
+        facts["scale"] = (
+            f"b = {shown(case.section.scale.b)} m, "
+            f"omega_alpha = {shown(case.section.scale.omega_alpha)} rad/s"
+        )
+    for name in ("aerodynamics", "spring", "initial"):
+        facts[name] = _listed(case.tables[name])
+    return facts
+
+
+def _listed(table: dict[str, Any]) -> str:
+    return ", ".join(f"{name} = {shown(value)}" for name, value in table.items())
