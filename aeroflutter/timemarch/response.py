@@ -29,7 +29,16 @@ if TYPE_CHECKING:
     from aeroflutter.lure import LureSystem
     from aeroflutter.springs import Spring
 
-__all__ = ["ENGINES", "STATES", "Initial", "Response", "SimulateOptions", "State", "simulate"]
+__all__ = [
+    "ENGINES",
+    "STATES",
+    "Initial",
+    "Response",
+    "SimulateOptions",
+    "State",
+    "simulate",
+    "traces",
+]
 
 State = Literal["damped", "lco", "aperiodic", "divergent", "undecided"]
 STATES: tuple[State, ...] = ("damped", "lco", "aperiodic", "divergent", "undecided")
@@ -115,11 +124,12 @@ class Initial:
         return state
 
     def start(self, system: LureSystem, spring: Spring) -> tuple[NDArray[np.float64], float]:
-        """Initial state (n,) and spring memory."""
+        """Initial state (n,) and spring memory, the memory made to fit the initial pitch."""
         state = self.vector(system)
+        pitch = float(system.c @ state)
         if self.memory is not None:
-            return state, float(self.memory)
-        return state, float(spring.initial_memory(float(system.c @ state)))
+            return state, float(spring.advance(self.memory, pitch))
+        return state, float(spring.initial_memory(pitch))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,10 +232,10 @@ class Response:
     duration
         Time marched, τ.
     amplitude
-        Half the peak-to-peak pitch over one steady period, rad; NaN where there is none. For
+        Half the peak-to-peak pitch over one steady period, rad; 0 for a damped motion. For
         motions that did not settle, over the last part of the run.
     bias
-        Midrange of pitch over the same stretch, rad.
+        Midrange of pitch over the same stretch, rad; the rest pitch for a damped motion.
     period
         Period of the whole motion, τ (all n loops of a period-n motion); NaN unless `lco`.
     first_harmonic
@@ -315,3 +325,33 @@ def simulate(
         return houbolt.march(system, spring, state, memory, options)
     engine = exact if hasattr(spring, "pieces") or spring.kind == "hysteresis" else smooth
     return engine.march(system, spring, state, memory, options)
+
+
+def traces(
+    system: LureSystem,
+    spring: Spring,
+    time: NDArray[np.float64],
+    states: NDArray[np.float64],
+    memory: NDArray[np.float64],
+) -> dict[str, Any]:
+    """The fields of a Response that hold samples.
+
+    Parameters
+    ----------
+    time, states, memory
+        Samples, shapes (m,), (m, n) and (m,).
+    """
+    names = tuple(system.state_names)
+    with np.errstate(over="ignore", invalid="ignore"):
+        pitch = states @ system.c
+        moment = np.asarray(spring.moment(pitch, memory))
+    heave = states[:, names.index("xi")] if "xi" in names else np.full(time.size, np.nan)
+    return {
+        "time": time,
+        "pitch": pitch,
+        "heave": heave,
+        "moment": moment,
+        "memory": memory,
+        "states": states,
+        "state_names": names,
+    }

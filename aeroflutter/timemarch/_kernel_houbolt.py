@@ -1,0 +1,170 @@
+"""Compiled loops of Houbolt's scheme: arrays and numbers in, arrays and numbers out."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+PIECES, HYSTERESIS, CUBIC = 0, 1, 2
+
+Array = NDArray[np.float64]
+Row = tuple[float, ...]
+
+
+class Recurrence(NamedTuple):
+    """One step as a linear recurrence with the spring's moment as its only input.
+
+    Matrices are flattened row by row into tuples: their lengths are then known to the compiler,
+    which unrolls the loops over d degrees of freedom and n lag terms (d >= 1, n >= 1).
+
+    Attributes
+    ----------
+    q_q, q_l, q_j
+        New displacements from the last three ones (d x 3d), oldest first, the last three rates of
+        downwash λ (d x 3), and the Duhamel integrals (d x n).
+    q_f
+        New displacements from the new moment (d).
+    l_new, l_old
+        New λ from the new (d) and the last three (3d) displacements.
+    j_j, j_l
+        New Duhamel integrals from themselves (n) and from four λ, oldest first (n x 4).
+    c
+        Nonlinear coordinate y from the displacements (d).
+    y_f
+        Minus the answer of y to a new moment of one.
+    frozen
+        Whether the moment is taken at the old pitch.
+    """
+
+    q_q: Row
+    q_l: Row
+    q_j: Row
+    q_f: Row
+    l_new: Row
+    l_old: Row
+    j_j: Row
+    j_l: Row
+    c: Row
+    y_f: float
+    frozen: bool
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def tangent(kind: int, law: Array, memory: float, y: float) -> tuple[float, float]:
+    """Slope and offset of the moment at y: F = slope y + offset near it.
+
+    `law` is (3, m) for PIECES (breaks padded with infinity, slopes, offsets), (1, 4) for
+    HYSTERESIS (v1, v2, lower and upper stop) and (1, 2) for CUBIC (beta1, beta3).
+    """
+    if kind == HYSTERESIS:
+        play = min(max(memory, y - law[0, 0]), y - law[0, 1])
+        stopped = min(max(play, law[0, 2]), law[0, 3])
+        if play == memory or stopped != play:
+            return 1.0, -stopped
+        return 0.0, law[0, 0] if play > memory else law[0, 1]
+    if kind == CUBIC:
+        bend = law[0, 1] * y * y
+        return law[0, 0] + 3.0 * bend, -2.0 * bend * y
+    i = 0
+    while y > law[0, i]:
+        i += 1
+    return law[1, i], law[2, i]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def advance(kind: int, law: Array, memory: float, y: float) -> float:
+    """Memory after y has moved monotonically to its new value."""
+    if kind != HYSTERESIS:
+        return memory
+    play = min(max(memory, y - law[0, 0]), y - law[0, 1])
+    return min(max(play, law[0, 2]), law[0, 3])
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def march(
+    steps: int,
+    step: Recurrence,
+    kind: int,
+    law: Array,
+    Q: Array,
+    L: Array,
+    J: Array,
+    Y: Array,
+    H: Array,
+) -> int:
+    """Take `steps` steps along buffers whose first three rows hold the history.
+
+    Parameters
+    ----------
+    steps
+        Number of steps N.
+    step
+        The recurrence.
+    kind, law
+        The spring, see `tangent`.
+    Q, L, J
+        Displacements (d (N + 3)), λ (N + 3) and Duhamel integrals (n (N + 3)), flat, row by row.
+    Y, H
+        Nonlinear coordinate and memory of the spring, (N + 3) each.
+
+    Returns
+    -------
+    int
+        Row of the last step whose branch of the spring differs from that of the step before;
+        0 if none does.
+    """
+    d = len(step.c)
+    n = len(step.j_j)
+    last_switch = 0
+    slope, offset = tangent(kind, law, H[1], 2.0 * Y[1] - Y[0])
+    for k in range(steps):
+        row = k + 3
+        old_slope, old_offset = slope, offset
+        slope, offset = tangent(kind, law, H[row - 1], 2.0 * Y[row - 1] - Y[row - 2])
+        if slope != old_slope or offset != old_offset:
+            last_switch = row
+        lam = 0.0
+        for j in range(3 * d):
+            lam += step.l_old[j] * Q[d * k + j]
+        y = 0.0
+        for i in range(d):
+            q = 0.0
+            for j in range(n):
+                q += step.q_j[n * i + j] * J[n * (row - 1) + j]
+            for j in range(3):
+                q += step.q_l[3 * i + j] * L[k + j]
+            for j in range(3 * d):
+                q += step.q_q[3 * d * i + j] * Q[d * k + j]
+            Q[d * row + i] = q
+            y += step.c[i] * q
+        if step.frozen:
+            moment = tangent_moment(kind, law, H[row - 1], Y[row - 1])
+            y -= step.y_f * moment
+        else:
+            y = (y - step.y_f * offset) / (1.0 + step.y_f * slope)
+            moment = slope * y + offset
+        for i in range(d):
+            q = Q[d * row + i] + step.q_f[i] * moment
+            Q[d * row + i] = q
+            lam += step.l_new[i] * q
+        L[row] = lam
+        for i in range(n):
+            duhamel = step.j_j[i] * J[n * (row - 1) + i]
+            for j in range(4):
+                duhamel += step.j_l[4 * i + j] * L[k + j]
+            J[n * row + i] = duhamel
+        Y[row] = y
+        H[row] = advance(kind, law, H[row - 1], y)
+    return last_switch
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def tangent_moment(kind: int, law: Array, memory: float, y: float) -> float:
+    """Moment of the spring at y, whatever its branch."""
+    if kind == HYSTERESIS:
+        return y - advance(kind, law, memory, y)
+    slope, offset = tangent(kind, law, memory, y)
+    return slope * y + offset

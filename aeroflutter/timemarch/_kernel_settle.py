@@ -1,0 +1,136 @@
+"""Compiled look-out on a time march: turning points of pitch, and whether they repeat."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def turning_points(
+    y: Array, start: float, dt: float, floor: float, times: Array, values: Array
+) -> int:
+    """Turning points of uniform samples, each on the parabola through its three samples.
+
+    Parameters
+    ----------
+    y
+        Samples (m,); the points lie strictly between the first and the last.
+    start, dt
+        Time of the first sample and spacing.
+    floor
+        Steps smaller than this are round-off, not motion.
+    times, values
+        Filled with the points found, (m,) each.
+
+    Returns
+    -------
+    int
+        How many.
+    """
+    count = 0
+    for i in range(1, y.size - 1):
+        before = y[i] - y[i - 1]
+        after = y[i + 1] - y[i]
+        if (before > 0.0 and after <= 0.0) or (before < 0.0 and after >= 0.0):
+            bend = after - before
+            if abs(bend) <= floor:
+                continue
+            slope = 0.5 * (after + before)
+            times[count] = start + dt * (i - slope / bend)
+            values[count] = y[i] - 0.5 * slope * slope / bend
+            count += 1
+    return count
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def mismatch(times: Array, values: Array, loops: int, span: int) -> tuple[float, float]:
+    """How far the last `span` turning points are from those `loops` oscillations before.
+
+    Returns
+    -------
+    value, time
+        Largest difference in value, and largest deviation of the time between the two from its
+        mean, as a fraction of it.
+    """
+    n, lag = times.size, 2 * loops
+    worst, mean = 0.0, 0.0
+    for k in range(n - span, n):
+        worst = max(worst, abs(values[k] - values[k - lag]))
+        mean += (times[k] - times[k - lag]) / span
+    spread = 0.0
+    for k in range(n - span, n):
+        spread = max(spread, abs(times[k] - times[k - lag] - mean))
+    return worst, spread / mean
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def block_sizes(values: Array, loops: int, periods: int) -> tuple[Array, float]:
+    """Mean peak-to-peak a period over the last three blocks of `periods`, the newest last.
+
+    Returns
+    -------
+    sizes, scatter
+        Means (3,), and standard deviation of a period's size about the newest mean.
+    """
+    lag = 2 * loops
+    sizes = np.zeros(3)
+    scatter = 0.0
+    for block in range(3):
+        squares = 0.0
+        for period in range(periods):
+            end = values.size - lag * ((2 - block) * periods + period)
+            size = np.max(values[end - lag : end]) - np.min(values[end - lag : end])
+            sizes[block] += size / periods
+            squares += size * size / periods
+        scatter = np.sqrt(max(squares - sizes[block] * sizes[block], 0.0))
+    return sizes, scatter
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def repeats(
+    times: Array, values: Array, most: int, recurrence: float, drift: float
+) -> tuple[int, float]:
+    """Smallest number of loops after which the motion repeats, and what it may still change by.
+
+    Parameters
+    ----------
+    times, values
+        Turning points, alternately maxima and minima, the newest last.
+    most
+        Largest number of loops tried.
+    recurrence
+        Largest mismatch between periods, as a fraction of the amplitude.
+    drift
+        Largest change of amplitude still to come, as a fraction of it. It is extrapolated
+        geometrically from three blocks of periods, so a motion that only lingers (near a fold,
+        say) is not taken for settled.
+
+    Returns
+    -------
+    loops, remaining
+        0 loops if the motion does not repeat (yet); `remaining` is the extrapolated change.
+    """
+    n = values.size
+    for loops in range(1, most + 1):
+        span = max(16, 4 * loops)
+        periods = max(3, 8 // loops)
+        if n < max(span + 2 * loops, 6 * loops * periods):
+            return 0, np.inf
+        tail = values[n - span :]
+        amplitude = 0.5 * (np.max(tail) - np.min(tail))
+        error, spread = mismatch(times, values, loops, span)
+        if not (error <= recurrence * amplitude and spread <= recurrence):
+            continue
+        sizes, scatter = block_sizes(values, loops, periods)
+        new = abs(sizes[2] - sizes[1])
+        old = abs(sizes[1] - sizes[0])
+        noise = 3.0 * scatter / np.sqrt(periods) + 1e-12 * amplitude
+        remaining = new
+        if new > noise:
+            remaining = new * new / (old - new) if new < old else np.inf
+        return (loops if remaining <= 2.0 * drift * amplitude else 0), remaining
+    return 0, np.inf

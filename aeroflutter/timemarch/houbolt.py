@@ -1,0 +1,260 @@
+"""Houbolt's finite-difference scheme, as in the thesis (section 3.2.1 and appendix A).
+
+Backward differences over four points for q' and q'', a four-point recurrence for the Duhamel
+integrals, the spring as slope·y + offset taken at the pitch extrapolated linearly to the new
+time. Between changes of branch the scheme is a fixed linear recurrence, see `houbolt_scheme`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.errors import InputError
+from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
+from aeroflutter.timemarch._kernel_houbolt import march as march_kernel
+from aeroflutter.timemarch._kernel_settle import turning_points
+from aeroflutter.timemarch.houbolt_scheme import VELOCITY, Scheme
+from aeroflutter.timemarch.response import Response, traces
+from aeroflutter.timemarch.settling import Verdict, Watch, closed_slopes, period_range
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from aeroflutter.lure import LureSystem
+    from aeroflutter.springs import Spring
+    from aeroflutter.timemarch.response import SimulateOptions
+
+    Array = NDArray[np.float64]
+
+__all__ = ["march"]
+
+STEPS_A_PERIOD = 8  # fewer do not resolve an oscillation at all
+MOST_SAMPLES = 2_000_000
+RECURRENCE = 2e-3  # switches fall anywhere within a step, so a cycle never repeats exactly
+DRIFT = 1e-4
+
+
+def march(
+    system: LureSystem,
+    spring: Spring,
+    state: Array,
+    memory: float,
+    options: SimulateOptions,
+    frozen: bool = False,
+) -> Response:
+    """March with Houbolt's scheme; see `timemarch.response.simulate`.
+
+    Parameters
+    ----------
+    system, spring, state, memory, options
+        As for every engine.
+    frozen
+        Take the moment at the old pitch, for the study of the scheme's order.
+
+    Raises
+    ------
+    InputError
+        If the system has no second-order form, the spring is unknown to the scheme, or the step
+        leaves fewer than `STEPS_A_PERIOD` steps for the fastest oscillation.
+    """
+    scheme = Scheme.build(system, options.dt, frozen)
+    pitch = float(system.c @ state)
+    shortest, longest = period_range(system, closed_slopes(spring, pitch))
+    if options.dt * STEPS_A_PERIOD > shortest:
+        raise InputError(
+            f"dt: {options.dt!r} takes {shortest / options.dt:.2g} steps for the fastest "
+            f"oscillation (period {shortest:.4g}); take at most {shortest / STEPS_A_PERIOD:.3g}"
+        )
+    window = longest if np.isfinite(longest) else 1000 * options.dt
+    run = _Run(system, spring, scheme, state, memory, options, window)
+    run.go()
+    return run.response()
+
+
+def spring_law(spring: Spring) -> tuple[int, Array]:
+    """Kind and parameters of a spring for the compiled loop.
+
+    Raises
+    ------
+    InputError
+        If the spring is of none of the kinds the loop knows.
+    """
+    if hasattr(spring, "pieces"):
+        pieces = spring.pieces()
+        breaks = np.append(pieces.breaks, np.inf)
+        return PIECES, np.array([breaks, pieces.slopes, pieces.offsets])
+    if spring.kind == "hysteresis":
+        return HYSTERESIS, np.array([[spring.v1, spring.v2, spring.h_low, spring.h_high]])
+    if spring.kind == "cubic":
+        return CUBIC, np.array([[spring.beta1, spring.beta3]])
+    raise InputError(f"spring.kind: {spring.kind!r} is unknown to houbolt; use engine exact")
+
+
+@dataclass
+class _Buffers:
+    """The window of motion that the compiled loop writes; rows 0 to 2 are its history."""
+
+    Q: Array
+    L: Array
+    J: Array
+    Y: Array
+    H: Array
+
+    @classmethod
+    def start(
+        cls, scheme: Scheme, law: tuple[int, Array], system: LureSystem, state: Array, memory: float
+    ) -> tuple[_Buffers, Array]:
+        """History at -Δτ, 0, +Δτ from Taylor series up to the fourth derivative of q.
+
+        Returns
+        -------
+        buffers, states
+            The history, and the states at 0 and +Δτ, shape (2, n).
+        """
+        form, dt = scheme.form, scheme.dt
+        pitch, rate = float(system.c @ state), float(system.c @ (system.A @ state))
+        slope, offset = tangent(*law, memory, pitch + 1e-6 * dt * rate)
+        first = system.A @ state - system.b * (slope * pitch + offset)
+        closed = system.closed(slope)
+        second = closed @ first
+        third = closed @ second
+        q0, q1 = state[form.positions], state[form.rates]
+        q2, q3, q4 = (x[form.rates] for x in (first, second, third))
+
+        t = np.array([-2.0, -1.0, 0.0, 1.0])[:, None] * dt
+        q = q0 + t * (q1 + t / 2 * (q2 + t / 3 * (q3 + t / 4 * q4)))
+        v = q1 + t * (q2 + t / 2 * (q3 + t / 3 * q4))
+        lam = v @ form.d0 + (q2 + t * (q3 + t / 2 * q4)) @ form.d1
+        n = form.lag_rate.size
+        J = np.zeros((3, len(scheme.step.j_j)))
+        J[1, :n] = form.duhamel(state)
+        J[2] = J[1] * scheme.step.j_j + np.reshape(scheme.step.j_l, (-1, 4)) @ lam
+        Y = q[1:] @ form.c
+        H = np.array([memory, memory, advance(*law, memory, Y[2])])
+        states = np.array([state, form.state(q[3], v[3], J[2, :n])])
+        return cls(q[1:], lam[1:], J, Y, H), states
+
+    def grown(self, steps: int) -> _Buffers:
+        """The same history with room for so many steps."""
+        parts = (self.Q, self.L, self.J, self.Y, self.H)
+        return _Buffers(
+            *(np.concatenate((part, np.zeros((steps, *part.shape[1:])))) for part in parts)
+        )
+
+    def carry(self, steps: int) -> None:
+        """Make the last three rows of a window the history of the next."""
+        for part in (self.Q, self.L, self.J, self.Y, self.H):
+            part[:3] = part[steps : steps + 3].copy()
+
+
+class _Run:
+    """One march: the compiled loop window by window, the judge, and what is kept."""
+
+    def __init__(
+        self,
+        system: LureSystem,
+        spring: Spring,
+        scheme: Scheme,
+        state: Array,
+        memory: float,
+        options: SimulateOptions,
+        window: float,
+    ) -> None:
+        self.system, self.spring, self.scheme, self.options = system, spring, scheme, options
+        self.law = spring_law(spring)
+        self.total = int(np.ceil(options.duration / options.dt - 1e-9))
+        self.window = int(np.clip(window / options.dt, 200, 100_000))
+        start, states = _Buffers.start(scheme, self.law, system, state, memory)
+        self.buffers = start.grown(self.window)
+        self.turns = np.empty(self.window + 2), np.empty(self.window + 2)
+        self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
+        self.verdict: Verdict | None = None
+        self.done = 1  # the start-up reaches +Δτ
+        self.stride = 1 + self.total // MOST_SAMPLES
+        self.end = states[1], float(start.H[2])
+        self.kept = [(np.arange(2), states, start.H[1:].copy())]
+        self.tail: deque[Array] = deque([start.Y[1:].copy()], maxlen=64)
+
+    def go(self) -> None:
+        """March until the end state is certain or the time is up."""
+        while self.done < self.total and not (self.verdict and self.options.decide):
+            steps = min(self.window, self.total - self.done)
+            part = self.buffers
+            switch = march_kernel(
+                steps,
+                self.scheme.step,
+                *self.law,
+                part.Q.reshape(-1),
+                part.L,
+                part.J.reshape(-1),
+                part.Y,
+                part.H,
+            )
+            fine = self._within(steps)
+            self.done += fine
+            self._keep(fine)
+            verdict = self._judge(fine, switch)
+            self.verdict = verdict if fine < steps else self.verdict or verdict
+            part.carry(fine)
+            if fine < steps:
+                return
+            if self.options.progress:
+                self.options.progress(self.done / self.total)
+
+    def _within(self, steps: int) -> int:
+        """How many steps of the window come before pitch leaves its bound, that one included."""
+        beyond = ~(np.abs(self.buffers.Y[3 : steps + 3]) <= self.watch.bound)
+        return int(np.argmax(beyond)) + 1 if beyond.any() else steps
+
+    def _judge(self, steps: int, switch: int) -> Verdict | None:
+        """Show the window to the watch."""
+        Y, dt = self.buffers.Y[: steps + 3], self.options.dt
+        times, values = self.turns
+        first = (self.done - steps - 1) * dt
+        count = turning_points(Y[1:], first, dt, 1e-14 * self.watch.size, times, values)
+        verdict = self.watch.add(times[:count].copy(), values[:count].copy(), Y[3:])
+        if verdict is None and switch == 0:
+            verdict = self.watch.trapped(self._states(steps)[-1], float(self.buffers.H[steps + 2]))
+        return verdict
+
+    def _states(self, steps: int) -> Array:
+        """States after each of the steps of the window, shape (steps, n)."""
+        form, Q = self.scheme.form, self.buffers.Q
+        with np.errstate(over="ignore", invalid="ignore"):
+            rates = sum(VELOCITY[k] * Q[k : steps + k] for k in range(4)) / self.options.dt
+            J = self.buffers.J[3 : steps + 3, : form.lag_rate.size]
+            return form.state(Q[3 : steps + 3], np.asarray(rates), J)
+
+    def _keep(self, steps: int) -> None:
+        """Remember where the window ended, and every `stride`-th sample of it."""
+        Y, H = self.buffers.Y, self.buffers.H[3 : steps + 3]
+        states = self._states(steps)
+        self.tail.append(Y[3 : steps + 3].copy())
+        self.end = states[-1], float(H[-1])
+        if self.options.record:
+            index = np.arange(self.done - steps + 1, self.done + 1)
+            pick = slice(-int(index[0]) % self.stride, None, self.stride)
+            self.kept.append((index[pick], states[pick], H[pick].copy()))
+
+    def response(self) -> Response:
+        """The result, once the march is over."""
+        dt = self.options.dt
+        duration = self.done * dt
+        verdict = self.verdict or self.watch.last(duration)
+        index, states, memory = (np.concatenate(parts) for parts in zip(*self.kept, strict=True))
+        record = slice(None) if self.options.record else slice(0)
+        return Response(
+            state=verdict.state,
+            reason=verdict.reason,
+            engine="houbolt",
+            duration=duration,
+            final_state=self.end[0],
+            final_memory=self.end[1],
+            extras={"dt": dt, "loops": verdict.loops},
+            **self.watch.measures(verdict, np.concatenate(self.tail), dt, duration),
+            **traces(self.system, self.spring, dt * index[record], states[record], memory[record]),
+        )

@@ -1,0 +1,292 @@
+"""End states of a march that is watched from outside: Houbolt's and DOP853's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.timemarch._kernel_settle import repeats
+from aeroflutter.timemarch.response import SimulateOptions, State
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from aeroflutter.lure import LureSystem
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Verdict", "Watch", "closed_slopes", "cycle_measures", "period_range", "rest_pitch"]
+
+MOST_LOOPS = 16
+KEPT = 4096
+QUIET = 1e-6
+THESIS_DAMPED = np.radians(0.001)
+THESIS_DIVERGENT = np.radians(100.0)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An end state and the evidence for it; `loops` is the n of a period-n motion."""
+
+    state: State
+    reason: str
+    loops: int = 0
+
+
+@dataclass
+class Watch:
+    """Judge of a march, shown one window of the motion after another.
+
+    Parameters
+    ----------
+    system, spring
+        What is marching.
+    options
+        Criteria, number of cycles and growth.
+    size
+        Scale of the nonlinearity or, for a linear spring, of the motion itself, rad.
+    start
+        Pitch at the start, rad.
+    recurrence, drift
+        See `_kernel_settle.repeats`: how well the engine's own noise lets a cycle repeat.
+    """
+
+    system: LureSystem
+    spring: Spring
+    options: SimulateOptions
+    size: float
+    start: float
+    recurrence: float
+    drift: float
+    times: Array = field(default_factory=lambda: np.empty(0))
+    values: Array = field(default_factory=lambda: np.empty(0))
+    turns: int = 0
+    rest: float = np.nan
+    ranges: list[tuple[float, float]] = field(default_factory=list)
+
+    @classmethod
+    def over(
+        cls,
+        system: LureSystem,
+        spring: Spring,
+        state: Array,
+        options: SimulateOptions,
+        recurrence: float,
+        drift: float,
+    ) -> Watch:
+        """Watch a march from `state`."""
+        pitch = float(system.c @ state)
+        size = spring.scale
+        if len(closed_slopes(spring, pitch)) == 1:
+            size = abs(pitch) or float(np.linalg.norm(state)) or 1.0
+        return cls(system, spring, options, size, pitch, recurrence, drift)
+
+    @property
+    def bound(self) -> float:
+        """Pitch beyond which the motion has diverged, rad."""
+        if self.options.criteria == "thesis":
+            return THESIS_DIVERGENT
+        return self.options.growth * max(self.size, abs(self.start))
+
+    def add(self, times: Array, values: Array, pitch: Array) -> Verdict | None:
+        """Look at one more window.
+
+        Parameters
+        ----------
+        times, values
+            Turning points of pitch in the window.
+        pitch
+            Pitch in the window.
+
+        Returns
+        -------
+        Verdict or None
+            The end state, once it is certain.
+        """
+        low, high = float(np.min(pitch)), float(np.max(pitch))
+        self.turns += values.size
+        self.times = np.concatenate((self.times, times))[-KEPT:]
+        self.values = np.concatenate((self.values, values))[-KEPT:]
+        self.ranges = [*self.ranges[-3:], (low, high)]
+        if not max(abs(low), abs(high)) <= self.bound:
+            return self._diverged(max(abs(low), abs(high)))
+        if self.options.criteria == "thesis":
+            return self._thesis()
+        return self._calm() or self._cycle()
+
+    def trapped(self, state: Array, memory: float) -> Verdict | None:
+        """The proof that the spring will never change its branch again, if there is one."""
+        if self.options.criteria == "thesis":
+            return None
+        self.rest = rest_pitch(self.system, self.spring, state, memory)
+        if np.isnan(self.rest):
+            return None
+        return Verdict("damped", "the motion decays on one branch of the spring for good")
+
+    def measures(
+        self, verdict: Verdict, pitch: Array, dt: float, time: float
+    ) -> dict[str, float]:
+        """Amplitude, bias, period, first harmonic and rest of a Response.
+
+        Parameters
+        ----------
+        verdict
+            The end state.
+        pitch
+            Uniform samples of the last part of the motion, up to the end.
+        dt, time
+            Their spacing, and the time of the last one.
+        """
+        low, high = (float(edge) for edge in self.ranges[-1])
+        middle = 0.5 * (low + high)
+        if verdict.state == "damped":
+            rest = middle if np.isnan(self.rest) else self.rest
+            return {"amplitude": 0.0, "bias": rest, "rest": rest}
+        if verdict.state != "lco" or self.values.size < 2 * verdict.loops + 1:
+            return {"amplitude": 0.5 * (high - low), "bias": middle}
+        return cycle_measures(self.times, self.values, verdict.loops, pitch, dt, time)
+
+    def _diverged(self, reached: float) -> Verdict:
+        if not np.isfinite(reached):
+            return Verdict("divergent", "pitch overflowed")
+        return Verdict("divergent", f"pitch passed {np.degrees(self.bound):.6g} deg")
+
+    def _thesis(self) -> Verdict | None:
+        if 0.5 * self._width() < THESIS_DAMPED:
+            return Verdict("damped", "pitch amplitude fell below 0.001 deg")
+        return None
+
+    def _calm(self) -> Verdict | None:
+        falling = len(self.ranges) > 1 and self._width() <= self._width(-2)
+        if falling and 0.5 * self._width() <= QUIET * self.size:
+            return Verdict("damped", f"the oscillation fell below {QUIET:g} of the spring's scale")
+        return None
+
+    def _width(self, window: int = -1) -> float:
+        low, high = self.ranges[window]
+        return high - low
+
+    def _cycle(self) -> Verdict | None:
+        loops, _ = repeats(self.times, self.values, MOST_LOOPS, self.recurrence, self.drift)
+        if loops == 0:
+            return None
+        return Verdict("lco", f"the motion repeats after {_loops(loops)}", loops)
+
+    def last(self, time: float) -> Verdict:
+        """The end state when the time is up without a decision."""
+        if self.options.criteria == "thesis":
+            return Verdict("lco", f"neither damped nor divergent after tau = {time:g}", 1)
+        cycles = self.turns // 2
+        if cycles >= self.options.cycles and not self._drifting():
+            return Verdict("aperiodic", f"bounded and never repeating over {cycles} cycles")
+        why = "still drifting" if self._drifting() else "not settled"
+        return Verdict("undecided", f"{why} at tau = {time:g} after {cycles} cycles")
+
+    def _drifting(self) -> bool:
+        """Whether the motion repeats from cycle to cycle but for a slow change."""
+        loops, _ = repeats(self.times, self.values, MOST_LOOPS, 10 * self.recurrence, np.inf)
+        return loops > 0
+
+
+def _loops(count: int) -> str:
+    return "one loop" if count == 1 else f"{count} loops"
+
+
+def closed_slopes(spring: Spring, pitch: float) -> tuple[float, ...]:
+    """Slopes that the spring can have, as far as they are finite; at `pitch` if they are not."""
+    slopes = set(spring.slope_range())
+    if hasattr(spring, "pieces"):
+        slopes |= set(spring.pieces().slopes)
+    finite = {float(slope) for slope in slopes if np.isfinite(slope)}
+    if len(finite) < len(slopes):
+        step = 1e-6 * max(abs(pitch), spring.scale)
+        rise = spring.moment(pitch + step) - spring.moment(pitch - step)
+        finite.add(float(rise) / (2.0 * step))
+    return tuple(sorted(finite))
+
+
+def period_range(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, float]:
+    """Shortest and longest period of oscillation over the linear pieces, τ; NaN without any."""
+    frequencies = np.concatenate(
+        [np.abs(np.linalg.eigvals(system.closed(slope)).imag) for slope in slopes]
+    )
+    frequencies = frequencies[frequencies > 1e-6]
+    if frequencies.size == 0:
+        return float("nan"), float("nan")
+    return float(2 * np.pi / frequencies.max()), float(2 * np.pi / frequencies.min())
+
+
+def cycle_measures(
+    times: Array, values: Array, loops: int, pitch: Array, dt: float, time: float
+) -> dict[str, float]:
+    """Amplitude, bias, period and first harmonic of a steady motion.
+
+    Parameters
+    ----------
+    times, values
+        Turning points, the newest last.
+    loops
+        Oscillations a period.
+    pitch, dt, time
+        Uniform samples up to the end, their spacing, and the time of the last one.
+    """
+    from scipy.interpolate import CubicSpline
+
+    lag = 2 * loops
+    count = max(1, min(8, (values.size - 1) // lag))
+    period = (times[-1] - times[-1 - count * lag]) / count
+    last = values[values.size - count * lag :].reshape(count, lag)
+    high, low = np.mean(last.max(axis=1)), np.mean(last.min(axis=1))
+    first = np.nan
+    samples = min(pitch.size, int(np.ceil(period / dt)) + 8)
+    if samples * dt > period:
+        at = dt * np.arange(samples) - dt * (samples - 1)
+        phase = np.arange(1024) / 1024
+        cycle = CubicSpline(at, pitch[-samples:])(-period * phase)
+        first = 2.0 * abs(np.mean(cycle * np.exp(2j * np.pi * phase)))
+    return {
+        "amplitude": float(high - low) / 2,
+        "bias": float(high + low) / 2,
+        "period": float(period),
+        "first_harmonic": float(first),
+    }
+
+
+def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) -> float:
+    """Pitch at which the motion ends if it provably stays on its branch of the spring; else NaN.
+
+    On one linear branch y - y_rest = Σ (c v_k) ζ_k exp(p_k τ) over the modes of the closed
+    system. With Re p_k < 0, or p_k = 0 for a branch that leaves pitch free, no term ever exceeds
+    its present size: if their sum does not reach the edges of the branch, no switch can follow.
+    """
+    slope, offset, low, high = branch(spring, float(system.c @ state), memory)
+    if np.isnan(slope):
+        return float("nan")
+    values, vectors = np.linalg.eig(system.closed(slope))
+    free = np.abs(values) < 1e-9
+    if np.any(values.real[~free] >= 0.0) or (free.any() and offset != 0.0):
+        return float("nan")
+    if np.linalg.cond(vectors) > 1e10:
+        return float("nan")
+    balance = np.linalg.lstsq(system.closed(slope), system.b * offset, rcond=None)[0]
+    weight = (system.c @ vectors) * np.linalg.solve(vectors, state - balance)
+    rest = float(system.c @ balance + np.sum(weight[free]).real)
+    reach = float(np.sum(np.abs(weight[~free])))
+    return rest if low < rest - reach and rest + reach < high else float("nan")
+
+
+def branch(spring: Spring, pitch: float, memory: float) -> tuple[float, float, float, float]:
+    """Slope and offset of the branch at `pitch`, and the pitches between which it holds."""
+    if hasattr(spring, "pieces"):
+        pieces = spring.pieces()
+        i = int(np.searchsorted(pieces.breaks, pitch))
+        edges = np.concatenate(([-np.inf], pieces.breaks, [np.inf]))
+        return float(pieces.slopes[i]), float(pieces.offsets[i]), edges[i], edges[i + 1]
+    if spring.kind == "hysteresis":
+        low = memory + spring.v2 if memory > spring.h_low else -np.inf
+        high = memory + spring.v1 if memory < spring.h_high else np.inf
+        return 1.0, -memory, low, high
+    return np.nan, np.nan, np.nan, np.nan
