@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aeroflutter.bracket import bracketed_root
 from aeroflutter.errors import InputError
 from aeroflutter.lure import Complex, LureFamily, Real, inverse_transfer
 
@@ -278,17 +279,25 @@ def _refined(family: LureFamily, stiffness: float, speeds: Real) -> _Modes:
 
 def _assigned(modes: _Modes) -> NDArray[np.intp]:
     """Column of each mode at each speed (m, n)."""
-    from scipy.optimize import linear_sum_assignment
-
     best, clear = _partners(modes)
     columns = np.empty(modes.roots.shape, dtype=np.intp)
     columns[0] = np.lexsort((modes.roots[0].real, modes.roots[0].imag))[::-1]
     for i, (partner, unambiguous) in enumerate(zip(best, clear, strict=True)):
         if not unambiguous:  # two modes coalesce between these speeds: the nearest roots go on
-            distance = np.abs(modes.roots[i][:, None] - modes.roots[i + 1][None, :])
-            partner = linear_sum_assignment(distance)[1]
+            partner = _nearest_pairs(modes.roots[i], modes.roots[i + 1])
         columns[i + 1] = partner[columns[i]]
     return columns
+
+
+def _nearest_pairs(first: Complex, last: Complex) -> NDArray[np.intp]:
+    """Successor of each root when eigenvectors cannot tell: the closest pairs first."""
+    distance = np.abs(first[:, None] - last[None, :])
+    partner = np.empty(first.size, dtype=np.intp)
+    for _ in range(first.size):
+        i, j = np.unravel_index(np.argmin(distance), distance.shape)
+        partner[i] = j
+        distance[i, :], distance[:, j] = np.inf, np.inf
+    return partner
 
 
 def _track(family: LureFamily, stiffness: float, speeds: Real) -> _Track:
@@ -430,8 +439,6 @@ def _polished(
     family: LureFamily, stiffness: float, low: float, high: float, first: complex, last: complex
 ) -> Crossing | None:
     """The crossing in a bracket, to round-off."""
-    from scipy.optimize import brentq
-
     guess = _between((low, high), (first, last))
 
     def damping(speed: float) -> float:
@@ -439,7 +446,7 @@ def _polished(
 
     if (damping(low) > 0) == (damping(high) > 0):
         return None
-    speed = float(brentq(damping, low, high, xtol=1e-15 * high, rtol=1e-15))
+    speed = bracketed_root(damping, low, high)
     root = _nearest(family, stiffness, speed, guess(speed))
     if root.imag <= 0:
         return None
@@ -476,15 +483,13 @@ def _discriminant(squares: Complex) -> float:
 
 
 def _coalescences(family: LureFamily, stiffness: float, speeds: Real) -> list[Crossing]:
-    from scipy.optimize import brentq
-
     def value(speed: float) -> float:
         return _discriminant(_squares(family, stiffness, speed))
 
     values = np.array([value(speed) for speed in speeds])
     found = []
     for i in np.nonzero((values[:-1] > 0) != (values[1:] > 0))[0]:
-        speed = float(brentq(value, speeds[i], speeds[i + 1], xtol=1e-15, rtol=1e-15))
+        speed = bracketed_root(value, speeds[i], speeds[i + 1])
         squares = _squares(family, stiffness, speed)
         gaps = np.abs(squares[:, None] - squares[None, :]) + np.diag(np.full(squares.size, np.inf))
         square = squares[np.argmin(gaps.min(axis=1))].real
@@ -505,7 +510,6 @@ def _coalescences(family: LureFamily, stiffness: float, speeds: Real) -> list[Cr
 
 def _divergence(family: LureFamily, stiffness: float, speeds: Real) -> float | None:
     """Lowest speed at which ``1/G(0) + N`` changes sign: the static loads balance."""
-    from scipy.optimize import brentq
 
     def balance(speed: float) -> float:
         A, b = family.stack(speed)
@@ -515,7 +519,7 @@ def _divergence(family: LureFamily, stiffness: float, speeds: Real) -> float | N
     values = inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real + stiffness
     values[np.abs(values) < 1e-12 * max(1.0, abs(stiffness))] = 0.0
     for i in np.nonzero(values[:-1] * values[1:] < 0)[0]:
-        speed = float(brentq(balance, speeds[i], speeds[i + 1], xtol=1e-15, rtol=1e-15))
+        speed = bracketed_root(balance, speeds[i], speeds[i + 1])
         if abs(balance(speed)) < 1e-6 * max(1.0, abs(stiffness)):  # not a pole of 1/G(0)
             return speed
     return None

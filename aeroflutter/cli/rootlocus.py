@@ -1,0 +1,150 @@
+"""`aeroflutter rootlocus`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from aeroflutter.case import Case
+    from aeroflutter.lure import Real
+    from aeroflutter.rootlocus import Crossing, RootLocus
+
+
+def rootlocus(
+    case: CaseName,
+    *,
+    speeds: Annotated[
+        str | None, Parameter(help="Speeds U* at which roots are listed, as A:B:N or a,b,c.")
+    ] = None,
+    stiffness: Annotated[
+        float, Parameter(help="Pitch stiffness that stands for the spring.")
+    ] = 1.0,
+    stiffness_curve: Annotated[
+        str | None,
+        Parameter(help="Flutter speed against these pitch stiffnesses, as A:B:N or a,b,c."),
+    ] = None,
+    low: Annotated[float | None, Parameter(help="Lowest speed U* searched.")] = None,
+    high: Annotated[float | None, Parameter(help="Highest speed U* searched.")] = None,
+    options: CaseOptions = CaseOptions(),
+    output: Output = Output(),
+) -> None:
+    """Linear flutter and divergence: the roots of the section followed over airspeed.
+
+    The spring is replaced by a linear one. By default speeds from 0.02 to 20 times
+    r_alpha sqrt(mu) are searched; every crossing of the imaginary axis is listed.
+    """
+    from aeroflutter.rootlocus import RootLocusOptions, flutter_against_stiffness, root_locus
+
+    output.check()
+    loaded = options.load(case)
+    settings = RootLocusOptions(stiffness=stiffness, low=low, high=high)
+    shown = None if speeds is None else numbers("--speeds", speeds)
+    result = root_locus(loaded.family(), settings, speeds=shown)
+    curve = None
+    if stiffness_curve is not None:
+        values = numbers("--stiffness-curve", stiffness_curve)
+        curve = (values, *flutter_against_stiffness(loaded.family(), values, settings))
+    output.deliver(
+        _payload(loaded, result, curve),
+        text=lambda: _print(loaded, result, curve),
+        dataset=lambda: _dataset(loaded, result),
+        figure=lambda: _figure(loaded, result, curve),
+    )
+
+
+Curve = tuple["Real", "Real", "Real"]
+
+
+def _payload(case: Case, result: RootLocus, curve: Curve | None) -> dict[str, Any]:
+    payload: dict[str, Any] = {
+        "title": case.title,
+        "flutter": result.flutter and _crossing(case, result.flutter),
+        "crossings": [
+            {**_crossing(case, c), "growing": c.growing, "coalescence": c.coalescence}
+            for c in result.crossings
+        ],
+        "divergence": None if result.divergence is None else _speed(case, result.divergence),
+        "unstable_at_low": result.unstable_at_low,
+        "searched": result.searched,
+        "stiffness": result.stiffness,
+        "speeds": result.speeds,
+        "roots": result.roots,
+    }
+    if curve is not None:
+        payload["stiffness_curve"] = dict(zip(("stiffness", "speed", "k"), curve, strict=True))
+    return payload
+
+
+def _speed(case: Case, speed: float) -> dict[str, float]:
+    scale = case.section.scale
+    return {"speed": speed} | ({} if scale is None else {"velocity_m_s": scale.velocity(speed)})
+
+
+def _crossing(case: Case, crossing: Crossing) -> dict[str, Any]:
+    found = {
+        **_speed(case, crossing.speed),
+        "k": crossing.k,
+        "omega_ratio": crossing.omega_ratio,
+    }
+    if case.section.scale is not None:
+        found["frequency_hz"] = case.section.scale.frequency_hz(crossing.k, crossing.speed)
+    return found
+
+
+def _print(case: Case, result: RootLocus, curve: Curve | None) -> None:
+    print(case.title)
+    low, high = result.searched
+    flutter = result.flutter
+    facts: dict[str, Any] = {}
+    if flutter is None:
+        facts["flutter"] = f"none between U* = {low:.4g} and {high:.4g}"
+    else:
+        facts["flutter speed U*"] = f"{flutter.speed:.6f}{_si(case, flutter.speed)}"
+        facts["reduced frequency k"] = flutter.k
+        facts["omega/omega_alpha"] = flutter.omega_ratio
+    facts["divergence speed U*"] = (
+        f"none up to U* = {high:.4g}"
+        if result.divergence is None
+        else f"{result.divergence:.6f}{_si(case, result.divergence)}"
+    )
+    if result.unstable_at_low:
+        facts["note"] = f"an oscillation grows already at the lowest speed searched, {low:.4g}"
+    show_facts(facts)
+    if len(result.crossings) > 1:
+        show_table(
+            ("crossing at U*", "k", "omega/omega_alpha", "becomes"),
+            [
+                (c.speed, c.k, c.omega_ratio, "growing" if c.growing else "damped")
+                for c in result.crossings
+            ],
+        )
+    if curve is not None:
+        show_table(
+            ("stiffness N", "flutter U*", "k"), [tuple(map(float, row)) for row in zip(*curve)]
+        )
+
+
+def _si(case: Case, speed: float) -> str:
+    scale = case.section.scale
+    return "" if scale is None else f"  ({scale.velocity(speed):.5g} m/s)"
+
+
+def _dataset(case: Case, result: RootLocus) -> xr.Dataset:
+    from aeroflutter.dataset import to_dataset
+
+    return to_dataset(result, case=case)
+
+
+def _figure(case: Case, result: RootLocus, curve: Curve | None) -> Figure:
+    from aeroflutter.plots.rootlocus import plot_root_locus, plot_stiffness
+
+    if curve is not None:
+        return plot_stiffness(curve[0], curve[1], case.title)
+    return plot_root_locus(result, case.title)
