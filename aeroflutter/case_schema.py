@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.config import JsonDict
 
 LARGEST = 1e12
 """No number of a case may be larger in size: beyond it the matrices overflow sooner or later."""
@@ -24,7 +25,7 @@ NUMBERS = "a list of finite numbers"
 
 def key(allowed: str, meaning: str, default: Any = ..., example: str = "") -> Any:
     """A key of a table; `example` stands in the written file where there is no default."""
-    extra = {"allowed": allowed, "example": example}
+    extra: JsonDict = {"allowed": allowed, "example": example}
     return Field(default, description=meaning, json_schema_extra=extra)
 
 
@@ -59,28 +60,33 @@ class Dimensional(Table):
     omega_alpha: Number | None = key(POSITIVE, "or: uncoupled pitch frequency, rad/s", None, "50.0")
 
 
+_AXIS = key(NUMBER, "elastic axis behind mid-chord, in semi-chords", -0.5)
+_PITCH_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of pitch", 0.0)
+_HEAVE_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of heave", 0.0)
+
+
 class Section(Table):
     """`[section]`: the typical section, nondimensional."""
 
     mu: Number = key(POSITIVE, "mass ratio m/(pi rho b^2)", 100.0)
-    a_h: Number = key(NUMBER, "elastic axis behind mid-chord, in semi-chords", -0.5)
+    a_h: Number = _AXIS
     x_alpha: Number = key(NUMBER, "centre of mass behind the elastic axis, in semi-chords", 0.25)
     r_alpha: Number = key(
-        "a number larger than |x_alpha|", "radius of gyration about it, in semi-chords", 0.5
+        "a number larger than |x_alpha|", "radius of gyration about the elastic axis, in semi-chords", 0.5
     )
     omega_bar: Number = key(
         POSITIVE, "ratio of the uncoupled heave and pitch frequencies", example="0.8"
     )
-    zeta_alpha: Number = key(NOT_NEGATIVE, "viscous damping ratio of pitch", 0.0)
-    zeta_xi: Number = key(NOT_NEGATIVE, "viscous damping ratio of heave", 0.0)
+    zeta_alpha: Number = _PITCH_DAMPING
+    zeta_xi: Number = _HEAVE_DAMPING
 
 
 class DimensionalSection(Table):
     """`[section]` beside a table `[section.si]`: what that one does not say."""
 
-    a_h: Number = Section.model_fields["a_h"]
-    zeta_alpha: Number = Section.model_fields["zeta_alpha"]
-    zeta_xi: Number = Section.model_fields["zeta_xi"]
+    a_h: Number = _AXIS
+    zeta_alpha: Number = _PITCH_DAMPING
+    zeta_xi: Number = _HEAVE_DAMPING
 
 
 class QuasiSteadyKeys(Table):

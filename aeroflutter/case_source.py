@@ -143,11 +143,12 @@ def _assign(tables: dict[str, Any], path: str, value: Any) -> str | None:
     *folders, last = path.split(".")
     if not all(_BARE_KEY.fullmatch(part) for part in (*folders, last)):
         return f"{one_line(path)}: is no key; write it as in section.mu"
+    table: Any = tables
     for depth, part in enumerate(folders):
-        tables = tables.setdefault(part, {})
-        if not isinstance(tables, dict):
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
             return f"{path}: {'.'.join(folders[: depth + 1])} is not a table"
-    tables[last] = value
+    table[last] = value
     return None
 
 
