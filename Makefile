@@ -1,0 +1,75 @@
+# The two commands to know are `make demo` and `make test`; `make help` lists the rest.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+OUT := out
+UV ?= uv
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test test-slow derive check-derive lint format bench docs wheel lock clean
+
+help: ## list the commands
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(STAMP) ## create .venv with the locked requirements and this package in it
+
+$(STAMP): requirements/dev.txt pyproject.toml setup.py
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+demo: setup ## flutter speed and amplitude curve of run 14, with figures and data in out/
+	@mkdir -p $(OUT)
+	$(BIN)/aeroflutter validate run14
+	$(BIN)/aeroflutter rootlocus run14 --out $(OUT)/run14-rootlocus.nc --plot $(OUT)/run14-rootlocus.png
+	$(BIN)/aeroflutter rootlocus run14 --json > $(OUT)/run14-rootlocus.json
+	$(BIN)/aeroflutter df run14 --out $(OUT)/run14-df.nc --plot $(OUT)/run14-df.png
+	$(BIN)/aeroflutter df run14 --json > $(OUT)/run14-df.json
+	@echo && echo "The results are in $(CURDIR)/$(OUT):" && ls $(OUT)
+
+test: setup ## run the tests, with the coverage of aeroflutter, generated and derive
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --cov --cov-report=term:skip-covered
+
+test-slow: setup ## run the heavier proofs as well
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto -m "slow or not slow"
+
+derive: setup ## derive the equations again and write generated/
+	$(BIN)/python -m derive
+
+check-derive: setup ## fail if generated/ is not what the derivation gives
+	$(BIN)/python -m derive --check
+
+lint: setup ## check style, types and the direction of imports
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+format: setup ## format the code
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+bench: setup ## measure speed
+	$(BIN)/python -m benchmarks
+
+docs: setup ## build the documentation into docs/_build/html
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+wheel: setup ## build the wheel into dist/
+	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
+
+COMPILE = $(UV) pip compile --quiet --python-version 3.11 --universal --generate-hashes \
+	--no-config --no-emit-index-url \
+	--custom-compile-command "make lock"
+lock: ## pin the requirements again (needs uv)
+	$(COMPILE) pyproject.toml --extra derive --extra test --extra lint --extra build --extra docs \
+		--extra report --extra cluster --output-file requirements/dev.txt
+	$(COMPILE) pyproject.toml --constraint requirements/dev.txt --output-file requirements/runtime.txt
+	$(COMPILE) pyproject.toml --constraint requirements/dev.txt --extra reference \
+		--output-file requirements/reference.txt
+
+clean: ## remove what can be made again, .venv excepted
+	rm -rf $(OUT) build dist docs/_build .coverage .mypy_cache .pytest_cache .ruff_cache
