@@ -84,6 +84,30 @@ def advance(kind: int, law: Array, memory: float, y: float) -> float:
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
+def moment_at(kind: int, law: Array, memory: float, y: float) -> float:
+    """Moment of the spring at y, whatever its branch."""
+    if kind == HYSTERESIS:
+        return y - advance(kind, law, memory, y)
+    slope, offset = tangent(kind, law, memory, y)
+    return slope * y + offset
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def free_displacement(step: Recurrence, i: int, k: int, Q: Array, L: Array, J: Array) -> float:
+    """New displacement i from the rows k to k + 2, but for the spring; the newest come last."""
+    d = len(step.c)
+    n = len(step.j_j)
+    q = 0.0
+    for j in range(3 * d):
+        q += step.q_q[3 * d * i + j] * Q[d * k + j]
+    for j in range(3):
+        q += step.q_l[3 * i + j] * L[k + j]
+    for j in range(n):
+        q += step.q_j[n * i + j] * J[n * (k + 2) + j]
+    return q
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def march(
     steps: int,
     step: Recurrence,
@@ -121,50 +145,35 @@ def march(
     last_switch = 0
     slope, offset = tangent(kind, law, H[1], 2.0 * Y[1] - Y[0])
     for k in range(steps):
-        row = k + 3
         old_slope, old_offset = slope, offset
-        slope, offset = tangent(kind, law, H[row - 1], 2.0 * Y[row - 1] - Y[row - 2])
+        slope, offset = tangent(kind, law, H[k + 2], 2.0 * Y[k + 2] - Y[k + 1])
         if slope != old_slope or offset != old_offset:
-            last_switch = row
+            last_switch = k + 3
+        yielding = 1.0 / (1.0 + step.y_f * slope)
+        y = 0.0
+        for i in range(d):
+            q = free_displacement(step, i, k, Q, L, J)
+            Q[d * (k + 3) + i] = q
+            y += step.c[i] * q
+        if step.frozen:
+            moment = moment_at(kind, law, H[k + 2], Y[k + 2])
+            y -= step.y_f * moment
+        else:
+            y = (y - step.y_f * offset) * yielding
+            moment = slope * y + offset
         lam = 0.0
         for j in range(3 * d):
             lam += step.l_old[j] * Q[d * k + j]
-        y = 0.0
         for i in range(d):
-            q = 0.0
-            for j in range(n):
-                q += step.q_j[n * i + j] * J[n * (row - 1) + j]
-            for j in range(3):
-                q += step.q_l[3 * i + j] * L[k + j]
-            for j in range(3 * d):
-                q += step.q_q[3 * d * i + j] * Q[d * k + j]
-            Q[d * row + i] = q
-            y += step.c[i] * q
-        if step.frozen:
-            moment = tangent_moment(kind, law, H[row - 1], Y[row - 1])
-            y -= step.y_f * moment
-        else:
-            y = (y - step.y_f * offset) / (1.0 + step.y_f * slope)
-            moment = slope * y + offset
-        for i in range(d):
-            q = Q[d * row + i] + step.q_f[i] * moment
-            Q[d * row + i] = q
+            q = Q[d * (k + 3) + i] + step.q_f[i] * moment
+            Q[d * (k + 3) + i] = q
             lam += step.l_new[i] * q
-        L[row] = lam
+        L[k + 3] = lam
         for i in range(n):
-            duhamel = step.j_j[i] * J[n * (row - 1) + i]
+            duhamel = step.j_j[i] * J[n * (k + 2) + i]
             for j in range(4):
                 duhamel += step.j_l[4 * i + j] * L[k + j]
-            J[n * row + i] = duhamel
-        Y[row] = y
-        H[row] = advance(kind, law, H[row - 1], y)
+            J[n * (k + 3) + i] = duhamel
+        Y[k + 3] = y
+        H[k + 3] = advance(kind, law, H[k + 2], y)
     return last_switch
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def tangent_moment(kind: int, law: Array, memory: float, y: float) -> float:
-    """Moment of the spring at y, whatever its branch."""
-    if kind == HYSTERESIS:
-        return y - advance(kind, law, memory, y)
-    slope, offset = tangent(kind, law, memory, y)
-    return slope * y + offset

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aeroflutter.errors import InputError
+from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
 from aeroflutter.timemarch._kernel_houbolt import march as march_kernel
 from aeroflutter.timemarch._kernel_settle import turning_points
@@ -83,13 +84,13 @@ def spring_law(spring: Spring) -> tuple[int, Array]:
     InputError
         If the spring is of none of the kinds the loop knows.
     """
-    if hasattr(spring, "pieces"):
+    if isinstance(spring, PiecewiseLinear):
         pieces = spring.pieces()
         breaks = np.append(pieces.breaks, np.inf)
         return PIECES, np.array([breaks, pieces.slopes, pieces.offsets])
-    if spring.kind == "hysteresis":
+    if isinstance(spring, Hysteresis):
         return HYSTERESIS, np.array([[spring.v1, spring.v2, spring.h_low, spring.h_high]])
-    if spring.kind == "cubic":
+    if isinstance(spring, Cubic):
         return CUBIC, np.array([[spring.beta1, spring.beta3]])
     raise InputError(f"spring.kind: {spring.kind!r} is unknown to houbolt; use engine exact")
 
@@ -255,6 +256,6 @@ class _Run:
             final_state=self.end[0],
             final_memory=self.end[1],
             extras={"dt": dt, "loops": verdict.loops},
-            **self.watch.measures(verdict, np.concatenate(self.tail), dt, duration),
+            **self.watch.measures(verdict, np.concatenate(self.tail), dt),
             **traces(self.system, self.spring, dt * index[record], states[record], memory[record]),
         )

@@ -109,9 +109,7 @@ class Scheme:
         """
         step, d, n = self.step, len(self.step.c), len(self.step.j_j)
         size = 3 * d + 3 + n
-        free = np.hstack(
-            [np.reshape(block, (d, -1)) for block in (step.q_q, step.q_l, step.q_j)]
-        )
+        free = np.hstack([np.reshape(block, (d, -1)) for block in (step.q_q, step.q_l, step.q_j)])
         closed = np.eye(d) - stiffness * np.outer(step.q_f, step.c)
         T = np.zeros((size, size))
         T[: 2 * d, d : 3 * d] = np.eye(2 * d)
@@ -151,7 +149,7 @@ def flutter_speed(family: LureFamily, dt: float, stiffness: float = 1.0) -> floa
     Raises
     ------
     ConvergenceError
-        If there is no crossing within 20 % of the flutter speed of the model.
+        If the model does not flutter, or there is no crossing within 20 % of its flutter speed.
     """
     from scipy.optimize import brentq
 
@@ -162,7 +160,9 @@ def flutter_speed(family: LureFamily, dt: float, stiffness: float = 1.0) -> floa
         turning = values[np.abs(values.imag) > 1e-9]
         return float(np.max(np.abs(turning), initial=0.0)) - 1.0
 
-    exact = exact_flutter_speed(family)
+    exact = exact_flutter_speed(family, stiffness)
+    if exact is None:
+        raise ConvergenceError("houbolt: the model has no flutter speed in its search range")
     low, high = 0.8 * exact, 1.2 * exact
     if excess(low) * excess(high) > 0.0:
         raise ConvergenceError(

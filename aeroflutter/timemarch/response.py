@@ -169,7 +169,7 @@ class SimulateOptions:
     """
 
     engine: str = "exact"
-    duration: float = 5000.0
+    duration: float = 20_000.0
     dt: float = 0.1
     criteria: str = "scale-free"
     decide: bool = True
@@ -316,6 +316,7 @@ def simulate(
     >>> simulate(system, spring, Initial(alpha=0.1)).state
     'lco'
     """
+    from aeroflutter.springs import Hysteresis, PiecewiseLinear
     from aeroflutter.timemarch import exact, houbolt, smooth
 
     initial = initial or Initial()
@@ -323,8 +324,8 @@ def simulate(
     state, memory = initial.start(system, spring)
     if options.engine == "houbolt":
         return houbolt.march(system, spring, state, memory, options)
-    engine = exact if hasattr(spring, "pieces") or spring.kind == "hysteresis" else smooth
-    return engine.march(system, spring, state, memory, options)
+    straight = isinstance(spring, PiecewiseLinear | Hysteresis)
+    return (exact if straight else smooth).march(system, spring, state, memory, options)
 
 
 def traces(

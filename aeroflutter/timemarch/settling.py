@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.springs import Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch._kernel_settle import repeats
 from aeroflutter.timemarch.response import SimulateOptions, State
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from numpy.typing import NDArray
 
     from aeroflutter.lure import LureSystem
@@ -126,19 +129,15 @@ class Watch:
             return None
         return Verdict("damped", "the motion decays on one branch of the spring for good")
 
-    def measures(
-        self, verdict: Verdict, pitch: Array, dt: float, time: float
-    ) -> dict[str, float]:
+    def measures(self, verdict: Verdict, pitch: Array, dt: float) -> dict[str, Any]:
         """Amplitude, bias, period, first harmonic and rest of a Response.
 
         Parameters
         ----------
         verdict
             The end state.
-        pitch
-            Uniform samples of the last part of the motion, up to the end.
-        dt, time
-            Their spacing, and the time of the last one.
+        pitch, dt
+            Uniform samples of the last part of the motion, up to the end, and their spacing.
         """
         low, high = (float(edge) for edge in self.ranges[-1])
         middle = 0.5 * (low + high)
@@ -147,7 +146,7 @@ class Watch:
             return {"amplitude": 0.0, "bias": rest, "rest": rest}
         if verdict.state != "lco" or self.values.size < 2 * verdict.loops + 1:
             return {"amplitude": 0.5 * (high - low), "bias": middle}
-        return cycle_measures(self.times, self.values, verdict.loops, pitch, dt, time)
+        return cycle_measures(self.times, self.values, verdict.loops, pitch, dt)
 
     def _diverged(self, reached: float) -> Verdict:
         if not np.isfinite(reached):
@@ -198,7 +197,7 @@ def _loops(count: int) -> str:
 def closed_slopes(spring: Spring, pitch: float) -> tuple[float, ...]:
     """Slopes that the spring can have, as far as they are finite; at `pitch` if they are not."""
     slopes = set(spring.slope_range())
-    if hasattr(spring, "pieces"):
+    if isinstance(spring, PiecewiseLinear):
         slopes |= set(spring.pieces().slopes)
     finite = {float(slope) for slope in slopes if np.isfinite(slope)}
     if len(finite) < len(slopes):
@@ -220,7 +219,7 @@ def period_range(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, 
 
 
 def cycle_measures(
-    times: Array, values: Array, loops: int, pitch: Array, dt: float, time: float
+    times: Array, values: Array, loops: int, pitch: Array, dt: float
 ) -> dict[str, float]:
     """Amplitude, bias, period and first harmonic of a steady motion.
 
@@ -230,8 +229,8 @@ def cycle_measures(
         Turning points, the newest last.
     loops
         Oscillations a period.
-    pitch, dt, time
-        Uniform samples up to the end, their spacing, and the time of the last one.
+    pitch, dt
+        Uniform samples up to the end, and their spacing.
     """
     from scipy.interpolate import CubicSpline
 
@@ -280,12 +279,12 @@ def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) 
 
 def branch(spring: Spring, pitch: float, memory: float) -> tuple[float, float, float, float]:
     """Slope and offset of the branch at `pitch`, and the pitches between which it holds."""
-    if hasattr(spring, "pieces"):
+    if isinstance(spring, PiecewiseLinear):
         pieces = spring.pieces()
         i = int(np.searchsorted(pieces.breaks, pitch))
         edges = np.concatenate(([-np.inf], pieces.breaks, [np.inf]))
         return float(pieces.slopes[i]), float(pieces.offsets[i]), edges[i], edges[i + 1]
-    if spring.kind == "hysteresis":
+    if isinstance(spring, Hysteresis):
         low = memory + spring.v2 if memory > spring.h_low else -np.inf
         high = memory + spring.v1 if memory < spring.h_high else np.inf
         return 1.0, -memory, low, high

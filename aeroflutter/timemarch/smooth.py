@@ -1,0 +1,158 @@
+"""Springs without linear pieces (cubic) on SciPy's DOP853, under the same end states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.timemarch.response import Response, traces
+from aeroflutter.timemarch.settling import Verdict, Watch, closed_slopes, period_range
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+    from scipy.integrate import DOP853
+
+    from aeroflutter.lure import LureSystem
+    from aeroflutter.springs import Spring
+    from aeroflutter.timemarch.response import SimulateOptions
+
+    Array = NDArray[np.float64]
+
+__all__ = ["march"]
+
+RTOL = 1e-11
+STEPS_A_PERIOD = 4  # at least so many, so that no turning point hides within a step
+RECURRENCE = 1e-5
+DRIFT = 1e-7
+TAIL = 400_000
+
+
+def march(
+    system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
+) -> Response:
+    """March with DOP853; see `timemarch.response.simulate`.
+
+    Pitch maxima and minima are roots of y' on the integrator's own dense output.
+    """
+    run = _Run(system, spring, state, memory, options)
+    run.go()
+    return run.response()
+
+
+class _Run:
+    """One march: steps of the integrator gathered into windows for the watch."""
+
+    def __init__(
+        self,
+        system: LureSystem,
+        spring: Spring,
+        state: Array,
+        memory: float,
+        options: SimulateOptions,
+    ) -> None:
+        from scipy.integrate import DOP853
+
+        self.system, self.spring, self.options, self.memory = system, spring, options, memory
+        slopes = closed_slopes(spring, float(system.c @ state))
+        shortest, longest = period_range(system, slopes)
+        self.longest_step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
+        self.window = longest if np.isfinite(longest) else 100.0
+        self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
+        self.verdict: Verdict | None = None
+        self.solver: DOP853 = DOP853(
+            self.rate,
+            0.0,
+            state,
+            options.duration,
+            max_step=self.longest_step,
+            rtol=RTOL,
+            atol=RTOL * self.watch.size,
+        )
+        self.samples = [state[None]]
+        self.count = 1
+        self.turns: list[tuple[float, float]] = []
+
+    def rate(self, _: float, x: Array) -> Array:
+        """x' = A x - b F(c x)."""
+        return self.system.A @ x - self.system.b * self.spring.moment(self.system.c @ x)
+
+    def go(self) -> None:
+        """March until the end state is certain or the time is up."""
+        due, first = self.window, 1
+        while self.solver.status == "running" and not (self.verdict and self.options.decide):
+            with np.errstate(over="ignore", invalid="ignore"):
+                message = self.solver.step()
+                self._take_step()
+            out = not abs(float(self.system.c @ self.solver.y)) <= self.watch.bound
+            if out or message or self.solver.t >= min(due, self.options.duration):
+                verdict = self._judge(first)
+                self.verdict = verdict if out else self.verdict or verdict
+                due, first = self.solver.t + self.window, len(self.samples)
+            if out or message:
+                return
+
+    def _take_step(self) -> None:
+        """Sample the step and find its turning points."""
+        dense = self.solver.dense_output()
+        last = int(np.floor(self.solver.t / self.options.dt + 1e-9))
+        if last >= self.count:
+            self.samples.append(dense(self.options.dt * np.arange(self.count, last + 1)).T)
+            self.count = last + 1
+        for time in _roots(lambda t: self._slope(dense(t)), self.solver.t_old, self.solver.t):
+            self.turns.append((time, float(self.system.c @ dense(time))))
+
+    def _slope(self, x: Array) -> float:
+        return float(self.system.c @ self.rate(0.0, x))
+
+    def _judge(self, first: int) -> Verdict | None:
+        """Show the last window to the watch."""
+        turns = np.array(self.turns).reshape(-1, 2)
+        self.turns = []
+        pitch = np.concatenate([*self.samples[first:], self.solver.y[None]]) @ self.system.c
+        if self.options.progress:
+            self.options.progress(self.solver.t / self.options.duration)
+        return self.watch.add(turns[:, 0], turns[:, 1], pitch)
+
+    def response(self) -> Response:
+        """The result, once the march is over."""
+        states, dt = np.concatenate(self.samples), self.options.dt
+        verdict = self.verdict or self._last()
+        kept = states if self.options.record else states[:0]
+        return Response(
+            state=verdict.state,
+            reason=verdict.reason,
+            engine="smooth",
+            duration=float(self.solver.t),
+            final_state=self.solver.y.copy(),
+            final_memory=self.memory,
+            extras={"loops": verdict.loops, "rtol": RTOL},
+            **self.watch.measures(verdict, states[-TAIL:] @ self.system.c, dt),
+            **traces(
+                self.system,
+                self.spring,
+                dt * np.arange(kept.shape[0]),
+                kept,
+                np.full(kept.shape[0], self.memory),
+            ),
+        )
+
+    def _last(self) -> Verdict:
+        if self.solver.status == "failed":
+            return Verdict("undecided", f"DOP853 gave up at tau = {self.solver.t:g}")
+        return self.watch.last(float(self.solver.t))
+
+
+def _roots(function: Callable[[float], float], low: float, high: float) -> list[float]:
+    """Sign changes of a function on an interval, at most one to each third of it."""
+    from scipy.optimize import brentq
+
+    grid = np.linspace(low, high, 4)
+    values = [function(t) for t in grid]
+    return [
+        float(brentq(function, grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14))
+        for i in range(3)
+        if values[i] * values[i + 1] < 0.0 or (values[i + 1] == 0.0 and values[i] != 0.0)
+    ]
