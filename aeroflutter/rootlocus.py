@@ -355,7 +355,7 @@ def _unstable_at_low(track: _Track) -> bool:
 
 
 def _crossings(family: LureFamily, stiffness: float, track: _Track) -> tuple[Crossing, ...]:
-    if _reversible(track):
+    if _reversible(family, stiffness, track.speeds):
         found = _coalescences(family, stiffness, track.speeds)
     else:
         found = [
@@ -388,7 +388,7 @@ def _brackets(
     upper = np.minimum(roots[:-1].imag, roots[1:].imag) > _NEUTRAL * scale[1:, None]
     change = (roots[:-1].real > 0) != (roots[1:].real > 0)
     for i, j in zip(*np.nonzero(upper & change), strict=True):
-        found.append((U[i], U[i + 1], roots[i, j], roots[i + 1, j]))
+        found.append((float(U[i]), float(U[i + 1]), roots[i, j], roots[i + 1, j]))
     sign = np.where(roots[:-1].real > 0, 1.0, -1.0)
     # damping that first falls and then recovers between two speeds may have crossed in between
     dips = (sign * slopes[:-1].real < 0) & (sign * slopes[1:].real > 0)
@@ -398,7 +398,8 @@ def _brackets(
         )
         if turn is not None:
             speed, root = turn
-            found += [(U[i], speed, roots[i, j], root), (speed, U[i + 1], root, roots[i + 1, j])]
+            low, high = float(U[i]), float(U[i + 1])
+            found += [(low, speed, roots[i, j], root), (speed, high, root, roots[i + 1, j])]
     return found
 
 
@@ -456,13 +457,20 @@ def _polished(
 # --- systems without damping ---------------------------------------------------------------------
 
 
-def _reversible(track: _Track) -> bool:
-    """True if with every root p, -p is a root as well, so that stability is lost by coalescence."""
-    roots = track.roots
-    scale = np.abs(roots).max(axis=1)
-    distance = np.abs(roots[:, :, None] + roots[:, None, :]).min(axis=2).max(axis=1)
-    # within sqrt(eps) of a double root even exact symmetry shows only to sqrt(eps)
-    return bool(np.all(distance < 1e-6 * scale))
+def _reversible(family: LureFamily, stiffness: float, speeds: Real) -> bool:
+    """True if with every root p, -p is a root as well, so that stability is lost by coalescence.
+
+    That is so if the traces of all odd powers vanish. The smallest damping must count: undamped
+    flutter is not the limit of flutter with little damping.
+    """
+    closed = _closed(family, stiffness, speeds)
+    size = np.abs(closed)
+    for power in range(1, closed.shape[-1] + 1, 2):
+        trace = np.trace(np.linalg.matrix_power(closed, power), axis1=-2, axis2=-1)
+        bound = np.trace(np.linalg.matrix_power(size, power), axis1=-2, axis2=-1)
+        if np.any(np.abs(trace) > 1e-13 * bound):
+            return False
+    return True
 
 
 def _squares(family: LureFamily, stiffness: float, speed: float) -> Complex:
@@ -489,7 +497,7 @@ def _coalescences(family: LureFamily, stiffness: float, speeds: Real) -> list[Cr
     values = np.array([value(speed) for speed in speeds])
     found = []
     for i in np.nonzero((values[:-1] > 0) != (values[1:] > 0))[0]:
-        speed = bracketed_root(value, speeds[i], speeds[i + 1])
+        speed = bracketed_root(value, float(speeds[i]), float(speeds[i + 1]))
         squares = _squares(family, stiffness, speed)
         gaps = np.abs(squares[:, None] - squares[None, :]) + np.diag(np.full(squares.size, np.inf))
         square = squares[np.argmin(gaps.min(axis=1))].real
@@ -519,7 +527,7 @@ def _divergence(family: LureFamily, stiffness: float, speeds: Real) -> float | N
     values = inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real + stiffness
     values[np.abs(values) < 1e-12 * max(1.0, abs(stiffness))] = 0.0
     for i in np.nonzero(values[:-1] * values[1:] < 0)[0]:
-        speed = bracketed_root(balance, speeds[i], speeds[i + 1])
+        speed = bracketed_root(balance, float(speeds[i]), float(speeds[i + 1]))
         if abs(balance(speed)) < 1e-6 * max(1.0, abs(stiffness)):  # not a pole of 1/G(0)
             return speed
     return None

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from aeroflutter.generated import quasi_steady
 from oracles import crossings_by_kronecker
 from test_lure import random_section
 
@@ -86,6 +87,36 @@ def test_quasi_steady_closed_form(omega_bar, x_alpha):
     point = flutter_point(SectionFamily(section, QuasiSteady()))
     assert point.coalescence
     assert point.speed == pytest.approx(np.sqrt(square), rel=1e-12)
+
+
+@pytest.mark.parametrize("zeta", [1e-10, 1e-6, 1e-2])
+def test_the_smallest_damping_counts(zeta):
+    """Damping in pitch alone destabilises the quasi-steady section far below coalescence.
+
+    Ziegler's paradox: the limit of little damping is not the undamped flutter speed. The Routh-
+    Hurwitz determinant p1 p2 p3 - p0 p3² - p4 p1² of the characteristic polynomial must vanish.
+    """
+    family = SectionFamily(TypicalSection(omega_bar=0.5, zeta_alpha=zeta), QuasiSteady())
+    speed = flutter_speed(family)
+
+    def routh(U):
+        p4, p3, p2, p1, p0 = quasi_steady.characteristic_coefficients(
+            mu=100.0,
+            a_h=-0.5,
+            x_alpha=0.25,
+            r_alpha=0.5,
+            omega_bar=0.5,
+            zeta_alpha=zeta,
+            zeta_xi=0.0,
+            speed=U,
+            stiffness=1.0,
+        )
+        return (p1 * p2 * p3 - p0 * p3**2 - p4 * p1**2) / zeta**2
+
+    # round-off in Re p, relative to the damping, bounds the accuracy of the crossing
+    width = max(1e-9, 1e-14 / zeta)
+    assert routh(speed * (1 - width)) * routh(speed * (1 + width)) < 0
+    assert speed < 0.5 * flutter_speed(SectionFamily(TypicalSection(omega_bar=0.5), QuasiSteady()))
 
 
 def test_a_crossing_is_a_root_of_det_b_to_round_off():
@@ -174,7 +205,7 @@ def test_roots_are_returned_in_the_order_of_the_speeds_asked_for():
 
 
 def test_flutter_speed_against_stiffness():
-    """Quasi-steady, a_h = -1/2: scaling N and omega_bar² together scales U² (dimensional argument)."""
+    """Stiffnesses enter only as N/U² and omega_bar²/U², so scaling them together scales U²."""
     base = TypicalSection(omega_bar=0.8)
     speed, _ = flutter_against_stiffness(SectionFamily(base), [1.0, 0.25])
     scaled = TypicalSection(omega_bar=0.8 / np.sqrt(0.25))
