@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from derive.configuration import TYPICAL_SECTION
+from derive.describing_module import describing_module
 from derive.equations import quasi_steady, second_order
 from derive.modules import quasi_steady_module, section_module
 
@@ -10,3 +11,4 @@ equations = second_order(TYPICAL_SECTION)
 Path("generated/section.py").write_text(section_module(TYPICAL_SECTION, equations))
 quasi = quasi_steady(equations)
 Path("generated/quasi_steady.py").write_text(quasi_steady_module(TYPICAL_SECTION, quasi))
+Path("generated/describing.py").write_text(describing_module())

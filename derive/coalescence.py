@@ -42,7 +42,8 @@ def coalescence(equations: SecondOrder, nonlinear: int = 1) -> Coalescence:
         sp.Poly(constant, X).coeff_monomial(X**2),
         sp.Poly(constant, X).coeff_monomial(X),
     )
-    terms = [(name, sp.factor_terms(sp.together(value))) for name, value in zip(names, values, strict=True)]
+    tidy = [sp.factor_terms(sp.together(value)) for value in values]
+    terms = list(zip(names, tidy, strict=True))
     inertia, spring, air, k_2, k_1 = names
     general = (spring * X + air) ** 2 - 4 * inertia * (k_2 * X + k_1) * X
     discriminant = [sp.Poly(sp.expand(general), X).coeff_monomial(X**k) for k in (2, 1, 0)]

@@ -40,8 +40,8 @@ class Configuration:
     """Energies in terms of ``coordinates``; ``nonlinear`` counts the one with the free spring.
 
     The potential energy leaves out the nonlinear spring: its moment is ``spring`` times F of the
-    nonlinear coordinate. Every equation is divided by its ``scale``, an energy. ``groups`` turns the dimensional
-    quantities into the nondimensional ``parameters``.
+    nonlinear coordinate. Every equation is divided by its ``scale``, an energy. ``groups`` turns
+    the dimensional quantities into the nondimensional ``parameters``.
     """
 
     name: str

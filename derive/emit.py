@@ -74,6 +74,15 @@ def items(target: str, values: Sequence[sp.Expr], indent: int = 4) -> str:
     return "\n".join(lines)
 
 
+def call(target: str, function: str, values: Sequence[str], indent: int = 4) -> str:
+    """``target = function((values))``, the tuple on a line of its own where it must be."""
+    pad = " " * indent
+    line = f"{pad}{target} = {function}(({', '.join(values)}))"
+    if len(line) <= WIDTH:
+        return line
+    return f"{pad}{target} = {function}(\n{pad}    ({', '.join(values)})\n{pad})"
+
+
 def signature(name: str, arguments: Sequence[str], returns: str) -> str:
     """A ``def`` line laid out as ruff lays it out."""
     one = f"def {name}({', '.join(arguments)}) -> {returns}:"

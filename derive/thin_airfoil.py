@@ -44,7 +44,7 @@ class Shape:
         return self.start == -1
 
     def integrate(self, weight: sp.Expr) -> sp.Expr:
-        """int Z(cos theta) weight(theta) dtheta over the part of the chord it covers."""
+        """Integral of Z(cos theta) weight(theta) over the part of the chord it covers."""
         integrand = sp.expand(self.polynomial.subs(X, sp.cos(THETA)) * weight)
         upper = sp.pi if self.whole_chord else sp.acos(self.start)
         return sp.simplify(sp.integrate(sp.fu(integrand), (THETA, 0, upper)))
@@ -65,7 +65,7 @@ def potential(shape: Shape) -> sp.Expr:
 
 
 def pairing(source: Shape, receiver: Shape, known: Pairings) -> sp.Expr:
-    """int phi[source] receiver dx, symmetric in its arguments (reciprocity).
+    """Integral of phi[source] receiver over x, symmetric in its arguments (reciprocity).
 
     Where both shapes start behind the leading edge the potential is an infinite series whose sum
     is a matter of record (Theodorsen's T constants): it is looked up in ``known``.
