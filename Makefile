@@ -59,6 +59,7 @@ docs: setup ## build the documentation into docs/_build/html
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 wheel: setup ## build the wheel into dist/
+	rm -rf build
 	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
 
 COMPILE = $(UV) pip compile --quiet --python-version 3.11 --universal --generate-hashes \

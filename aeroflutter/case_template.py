@@ -8,7 +8,7 @@ from pydantic_core import PydanticUndefined
 
 from aeroflutter import case_schema as schema
 
-_WIDTH = 32
+_WIDTH = 31
 _TAGS = {"aerodynamics": "model", "spring": "kind"}
 
 
