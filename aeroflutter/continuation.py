@@ -5,7 +5,8 @@ prediction (Keller 1977). The step follows the number of Newton iterations and t
 which the curve turns. Folds and zeros of test functions are bracketed by consecutive states and
 then located *on the curve*, by Brent's method along the chord with every trial point corrected.
 A curve that turns sharply (by less than a right angle) has a corner there and is followed
-around it. Nothing here knows what the unknowns mean.
+around it; where the places of corners are known as zeros of `kinks`, it is led through them with
+a tangent from either side. Nothing here knows what the unknowns mean.
 """
 
 from __future__ import annotations
@@ -20,38 +21,30 @@ from scipy.optimize import brentq
 
 from aeroflutter.errors import ConvergenceError, InputError
 
-__all__ = [
-    "Branch",
-    "ContinuationOptions",
-    "Event",
-    "Problem",
-    "State",
-    "Test",
-    "Walk",
-    "branch_direction",
-    "branch_test",
-    "correct",
-    "tangent_at",
-    "trace",
-]
-
 Array = NDArray[np.float64]
+Scale = float | Array
 Test = Callable[[Array, Array], float]
 """A test function of the point and the unit tangent; an event is a change of its sign."""
+
+_ON_KINK = 1e-12  # a kink function below this is zero: the walk stands on the kink
 
 
 class Problem(Protocol):
     """A curve in n unknowns. Obligations:
 
-    1. `residual(x)`, shape (n-1,), vanishes on the curve and is smooth, or at least Lipschitz.
-    2. `jacobian(x)`, shape (n-1, n), is its derivative (one-sided at a kink).
-    3. Where x has no meaning, either returns something not finite or raises ConvergenceError;
-       the step is then shortened.
+    1. The residual vanishes on the curve and is smooth, or at least Lipschitz.
+    2. The Jacobian is its derivative (one-sided at a kink).
+    3. Where x has no meaning, either is not finite or raises ConvergenceError; the step is then
+       shortened.
     """
 
-    def residual(self, x: Array) -> Array: ...
+    def residual(self, x: Array) -> Array:
+        """Value at x, shape (n-1,)."""
+        ...
 
-    def jacobian(self, x: Array) -> Array: ...
+    def jacobian(self, x: Array) -> Array:
+        """Derivative at x, shape (n-1, n)."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,10 +56,9 @@ class ContinuationOptions:
     step, min_step, max_step
         First, smallest and largest step along the curve.
     max_states
-        Number of states after which a walk stops.
+        States after which a walk stops.
     tolerance
-        Newton stops when its last update is smaller (relative to 1 + |x|); the error is then
-        of the order of the square of this.
+        Last Newton update, relative to 1 + |x|; the error is of the order of its square.
     max_newton, aim_newton
         Iterations after which a correction has failed, and the number the step aims at.
     max_turn
@@ -78,10 +70,9 @@ class ContinuationOptions:
     scale
         Size of each unknown, shape (n,) or a scalar.
     folds
-        Names of unknowns' folds to locate, by index of the unknown: {"fold": 0} locates where
-        the first unknown has an extremum.
+        Extrema to locate: {"fold": 0} names those of the first unknown.
     closing
-        Distance (in scaled length) within which a walk that returns to its start has closed.
+        Distance within which a walk has come back to its start.
     """
 
     step: float = 0.02
@@ -104,12 +95,10 @@ class ContinuationOptions:
             f"{entry.name}: must be positive, not {getattr(self, entry.name)!r}"
             for entry in fields(self)
             if entry.type in ("int", "float") and not getattr(self, entry.name) > 0
-        ]  # fmt: skip
+        ]
         if not problems and not self.min_step <= self.step <= self.max_step:
-            problems.append(
-                f"step: must lie between min_step and max_step, not {self.step!r} in "
-                f"[{self.min_step!r}, {self.max_step!r}]"
-            )
+            span = f"[{self.min_step!r}, {self.max_step!r}]"
+            problems.append(f"step: must lie in [min_step, max_step] = {span}, not {self.step!r}")
         if not np.all(np.asarray(self.scale) > 0):
             problems.append(f"scale: every entry must be positive, not {self.scale!r}")
         if not np.all(np.asarray(self.low) < np.asarray(self.high)):
@@ -125,16 +114,13 @@ class State:
     Attributes
     ----------
     x, tangent
-        Point and tangent, shape (n,); the tangent has unit length in scaled unknowns and points
-        along the walk.
+        Point and tangent along the walk, shape (n,), of unit length in scaled unknowns.
     arclength
-        Signed distance walked (sum of chords, in scaled unknowns).
-    tests
-        Value of every test function.
-    newton
-        Newton iterations spent.
+        Sum of chords from the start, in scaled unknowns; negative on the way back.
+    tests, newton
+        Value of every test function; Newton iterations spent.
     corner
-        Whether the curve turned by more than `max_turn` just before, however short the step.
+        Whether the curve has a corner here, or just before, within `min_step`.
     """
 
     x: Array
@@ -168,7 +154,7 @@ class Branch:
     stops
         Why the curve ends at its first and at its last state.
     closed
-        Whether it is a closed loop (the first point is then repeated at the end).
+        Whether it is a loop; its first point is then repeated at the end.
     """
 
     states: tuple[State, ...]
@@ -180,16 +166,6 @@ class Branch:
     def x(self) -> Array:
         """Points, shape (m, n)."""
         return np.array([state.x for state in self.states])
-
-    @property
-    def tangent(self) -> Array:
-        """Tangents, shape (m, n)."""
-        return np.array([state.tangent for state in self.states])
-
-    @property
-    def arclength(self) -> Array:
-        """Arclengths, shape (m,)."""
-        return np.array([state.arclength for state in self.states])
 
 
 def correct(
@@ -225,39 +201,33 @@ def correct(
     raise ConvergenceError(f"Newton's method did not converge near x = {_show(x)}", point)
 
 
-def tangent_at(
-    problem: Problem, x: Array, along: Array | None = None, scale: ArrayLike = 1.0
-) -> Array:
+def tangent_at(problem: Problem, x: Array, along: Array | None = None, scale: Scale = 1.0) -> Array:
     """Unit tangent at a point of the curve, on the side of `along` where it is given."""
-    sizes = np.broadcast_to(np.asarray(scale, dtype=float), x.shape)
-    jacobian = problem.jacobian(x) * sizes
-    if along is None:
-        vector = np.linalg.svd(jacobian)[2][-1]
-    else:
-        rhs = np.zeros(x.size)
-        rhs[-1] = 1.0
-        vector = np.linalg.solve(np.vstack((jacobian, along / sizes)), rhs)
-    return np.asarray(sizes * vector / np.linalg.norm(vector))
+    try:
+        if along is None:
+            vector = np.linalg.svd(problem.jacobian(x) * scale)[2][-1]
+        else:
+            vector = np.linalg.solve(_bordered(problem, x, along, scale), np.eye(x.size)[-1])
+    except np.linalg.LinAlgError:
+        raise ConvergenceError(f"the curve has no tangent at x = {_show(x)}", x) from None
+    return np.asarray(scale * vector / np.linalg.norm(vector))
 
 
-def branch_test(problem: Problem, scale: ArrayLike = 1.0) -> Test:
+def branch_test(problem: Problem, scale: Scale = 1.0) -> Test:
     """Test function whose simple zeros are branch points: det of Jacobian and tangent."""
-
-    def determinant(x: Array, tangent: Array) -> float:
-        sizes = np.broadcast_to(np.asarray(scale, dtype=float), x.shape)
-        return float(np.linalg.det(np.vstack((problem.jacobian(x) * sizes, tangent / sizes))))
-
-    return determinant
+    return lambda x, tangent: float(np.linalg.det(_bordered(problem, x, tangent, scale)))
 
 
-def branch_direction(problem: Problem, x: Array, tangent: Array, scale: ArrayLike = 1.0) -> Array:
+def branch_direction(problem: Problem, x: Array, tangent: Array, scale: Scale = 1.0) -> Array:
     """At a simple branch point, the direction in the Jacobian's null space across the tangent.
 
     At a symmetric pitchfork it is the tangent of the other branch; elsewhere a start for it.
     """
-    sizes = np.broadcast_to(np.asarray(scale, dtype=float), x.shape)
-    bordered = np.vstack((problem.jacobian(x) * sizes, tangent / sizes))
-    return np.asarray(sizes * np.linalg.svd(bordered)[2][-1])
+    return np.asarray(scale * np.linalg.svd(_bordered(problem, x, tangent, scale))[2][-1])
+
+
+def _bordered(problem: Problem, x: Array, row: Array, scale: Scale) -> Array:
+    return np.vstack((problem.jacobian(x) * scale, row / scale))
 
 
 class Walk:
@@ -271,6 +241,8 @@ class Walk:
         Direction in which to leave it; by default the one of the null vector.
     tests
         Test functions by name.
+    kinks
+        Functions of order one, at whose zeros the problem is not smooth; events as well.
 
     Attributes
     ----------
@@ -287,14 +259,17 @@ class Walk:
         along: ArrayLike | None = None,
         options: ContinuationOptions | None = None,
         tests: Mapping[str, Test] | None = None,
+        kinks: Mapping[str, Test] | None = None,
     ) -> None:
         self.problem = problem
         self.options = options or ContinuationOptions()
-        self.tests: dict[str, Test] = dict(tests or {})
-        for name, index in self.options.folds.items():
-            self.tests[name] = _component(index)
-        self.stop = ""
-        self.closed = False
+        folds = {
+            name: lambda x, tangent, index=index: float(tangent[index])
+            for name, index in self.options.folds.items()
+        }
+        self.kinks = dict(kinks or {})
+        self.tests = {**(tests or {}), **folds, **self.kinks}
+        self.stop, self.closed = "", False
         self.events: list[Event] = []
         self.scale = _scale(start, self.options)
         side = None if along is None else np.asarray(along, dtype=float)
@@ -343,13 +318,26 @@ class Walk:
             tangent = tangent_at(self.problem, x, old.tangent, self.scale)
         except ConvergenceError as error:
             return None, 1.0, str(error)
-        except np.linalg.LinAlgError:
-            return None, 1.0, "the tangent is not defined"
-        if not np.all(np.isfinite(tangent)):
-            return None, 1.0, "the tangent is not finite"
         cosine = np.clip(np.sum(tangent * old.tangent / self.scale**2), -1.0, 1.0)
         chord = float(np.linalg.norm((x - old.x) / self.scale))
-        return self._state(x, tangent, old.arclength + chord, newton), float(np.arccos(cosine)), ""
+        new = self._state(x, tangent, old.arclength + chord, newton)
+        kink = self._first_kink(old, new)
+        return (new, float(np.arccos(cosine)), "") if kink is None else (kink, 0.0, "")
+
+    def _first_kink(self, old: State, new: State) -> State | None:
+        """The kink that a step crosses first, with the tangent beyond it."""
+        found = []
+        for name in self.kinks:
+            if abs(old.tests[name]) > _ON_KINK and old.tests[name] * new.tests[name] < 0:
+                state = self._zero(old, new, name)
+                found += [(state, name)] if state else []
+        if not found:
+            return None
+        kink, name = min(found, key=lambda entry: entry[0].arclength)
+        beyond = kink.x + 1e-6 * (new.x - kink.x)
+        tangent = tangent_at(self.problem, beyond, new.x - old.x, self.scale)
+        tests = self._state(kink.x, tangent, 0.0, 0).tests | {name: 0.0}
+        return replace(kink, tangent=tangent, tests=tests, corner=True)
 
     def _next_step(self, step: float, newton: int, turn: float) -> float:
         low, high = self.options.min_step, self.options.max_step
@@ -373,6 +361,9 @@ class Walk:
         walked = float(np.linalg.norm((x - old.x) / self.scale))
         return self._state(x, tangent, old.arclength + walked, newton)
 
+    def _zero(self, old: State, new: State, name: str) -> State | None:
+        return self._root(old, new, lambda state: state.tests[name])
+
     def _root(self, old: State, new: State, value: Callable[[State], float]) -> State | None:
         """The state between two others where `value` changes sign, or None."""
         at: dict[float, State] = {}
@@ -384,6 +375,8 @@ class Walk:
         ends = value(old), value(new)
         if not np.all(np.isfinite(ends)) or ends[0] * ends[1] > 0 or ends[0] == 0:
             return None
+        if ends[1] == 0:
+            return new
         xtol = max(self.options.locate / max(new.arclength - old.arclength, 1e-300), 1e-15)
         try:
             fraction = brentq(f, 0.0, 1.0, xtol=min(xtol, 0.1), rtol=8.9e-16)
@@ -394,11 +387,11 @@ class Walk:
     def _locate_all(self, old: State, new: State) -> list[Event]:
         found = []
         for name in self.tests:
-            state = self._root(old, new, lambda s, name=name: s.tests[name])  # type: ignore[misc]
+            state = self._zero(old, new, name)
             if state is None:
                 continue
             size = max(abs(old.tests[name]), abs(new.tests[name]))
-            jump = bool(abs(state.tests[name]) > 1e-3 * size)
+            jump = name in self.kinks or bool(abs(state.tests[name]) > 1e-3 * size)
             found.append(Event(name, state.x, state.tangent, state.arclength, jump))
         return sorted(found, key=lambda event: event.arclength)
 
@@ -408,12 +401,12 @@ class Walk:
         high = np.broadcast_to(np.asarray(self.options.high, dtype=float), new.x.shape)
         faces = [(i, low[i]) for i in np.flatnonzero(new.x <= low)]
         faces += [(i, high[i]) for i in np.flatnonzero(new.x >= high)]
+        if not faces:
+            return new
         ends = []
         for i, bound in faces:
             state = self._root(old, new, lambda s, i=i, bound=bound: s.x[i] - bound)  # type: ignore[misc]
             ends.append((self._put_on(state or new, int(i), bound), i, bound))
-        if not ends:
-            return new
         state, i, bound = min(ends, key=lambda end: end[0].arclength)
         self.stop = f"unknown {i} reached its limit {bound:g}"
         return state
@@ -431,18 +424,19 @@ class Walk:
 
     def _close(self, old: State, new: State) -> State:
         """Where the step passes through the start of the walk, the closing state."""
-        start = self.first
-        normal = start.tangent / self.scale**2
+        start, normal = self.first, self.first.tangent / self.scale**2
 
         def ahead(state: State) -> float:
             return float(normal @ (state.x - start.x))
 
-        reach = new.arclength - old.arclength
-        distance = np.linalg.norm((new.x - start.x) / self.scale)
-        if old is start or distance > 2 * reach or not ahead(old) < 0 <= ahead(new):
+        def apart(state: State) -> float:
+            return float(np.linalg.norm((state.x - start.x) / self.scale))
+
+        near = apart(new) <= 2 * (new.arclength - old.arclength)
+        if old is start or not near or not ahead(old) < 0 <= ahead(new):
             return new
         state = self._root(old, new, ahead)
-        if state is None or np.linalg.norm((state.x - start.x) / self.scale) > self.options.closing:
+        if state is None or apart(state) > self.options.closing:
             return new
         self.stop, self.closed = "the curve closed", True
         return state
@@ -453,26 +447,23 @@ def trace(
     start: ArrayLike,
     options: ContinuationOptions | None = None,
     tests: Mapping[str, Test] | None = None,
+    kinks: Mapping[str, Test] | None = None,
 ) -> Branch:
     """Follow the curve through `start` both ways.
 
-    Returns
-    -------
-    Branch
-        Ordered along the curve; a closed curve is walked once.
+    A closed curve is walked once.
 
     Raises
     ------
     ConvergenceError
-        If `start` cannot be corrected onto the curve. A walk that cannot go on is no error:
-        `stops` says where and why.
+        If `start` cannot be corrected onto the curve. A walk that cannot go on is no error.
     """
-    ahead = Walk(problem, start, None, options, tests)
+    ahead = Walk(problem, start, None, options, tests, kinks)
     states = list(ahead)
     if ahead.closed:
         return Branch(tuple(states), tuple(ahead.events), (ahead.stop, ahead.stop), True)
     first = ahead.first
-    back = Walk(problem, first.x, -first.tangent, options, tests)
+    back = Walk(problem, first.x, -first.tangent, options, tests, kinks)
     behind = [_reversed(state) for state in back]
     events = [_reversed(event) for event in back.events[::-1]]
     return Branch(
@@ -482,10 +473,6 @@ def trace(
 
 def _reversed(place: Place) -> Place:
     return replace(place, tangent=-place.tangent, arclength=-place.arclength)
-
-
-def _component(index: int) -> Test:
-    return lambda x, tangent: float(tangent[index])
 
 
 def _scale(x: ArrayLike, options: ContinuationOptions) -> Array:
@@ -499,11 +486,11 @@ def _newton_update(
     residual, jacobian = problem.residual(point), problem.jacobian(point) * scale
     if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
         return np.full(point.shape, np.nan)
-    if direction is None:
-        return np.asarray(-np.linalg.lstsq(jacobian, residual)[0])
-    row = np.asarray(direction, dtype=float) * scale
-    matrix = np.vstack((jacobian, row / np.linalg.norm(row)))
     try:
+        if direction is None:
+            return np.asarray(-np.linalg.lstsq(jacobian, residual)[0])
+        row = np.asarray(direction, dtype=float) * scale
+        matrix = np.vstack((jacobian, row / np.linalg.norm(row)))
         return np.asarray(np.linalg.solve(matrix, -np.append(residual, 0.0)))
     except np.linalg.LinAlgError:
         return np.full(point.shape, np.nan)

@@ -72,7 +72,7 @@ def test_a_fold_known_in_closed_form() -> None:
     assert abs(fold.x[1] - np.exp(-1)) < 1e-15
     assert {branch.x[0, 0], branch.x[-1, 0]} == {-0.5, 3.0}
     assert all(stop.startswith("unknown 0 reached its limit") for stop in branch.stops)
-    assert np.all(np.diff(branch.arclength) > 0)
+    assert np.all(np.diff([state.arclength for state in branch.states]) > 0)
 
 
 def test_cusp_is_the_fold_of_the_folds() -> None:
@@ -111,6 +111,22 @@ def test_a_corner_is_followed_and_located() -> None:
     (event,) = branch.events
     assert event.jump
     assert np.max(np.abs(event.x - [0.3, 0])) < 1e-12
+
+
+def test_a_corner_whose_place_is_known_costs_no_small_steps() -> None:
+    """The same corner with its kink named: few states, one of them exactly on it."""
+    corner = Curve(
+        lambda x: [x[1] - abs(x[0] - 0.3) / 2],
+        lambda x: [[-0.5 if x[0] > 0.3 else 0.5, 1.0]],
+    )
+    options = ContinuationOptions(low=-1.0, high=1.0)
+    kinks = {"corner": lambda x, tangent: float(x[0] - 0.3)}
+    branch = trace(corner, [-0.5, 0.4], options, None, kinks)
+    (event,) = branch.events
+    assert event.name == "corner"
+    assert np.max(np.abs(event.x - [0.3, 0])) < 1e-15
+    assert len(branch.states) < 25
+    assert sum(state.corner for state in branch.states) == 1
 
 
 def test_scaling_of_the_unknowns_changes_nothing_but_the_units() -> None:
@@ -183,5 +199,5 @@ def test_every_bad_option_is_named() -> None:
         ContinuationOptions(step=-1.0, tolerance=0.0, scale=[1.0, -1.0], low=1.0, high=0.0)
     lines = str(error.value).splitlines()
     assert [line.split(":")[0] for line in lines] == ["step", "tolerance", "scale", "low, high"]
-    with pytest.raises(InputError, match="between min_step and max_step"):
+    with pytest.raises(InputError, match="min_step, max_step"):
         ContinuationOptions(step=1.0, max_step=0.5)

@@ -76,6 +76,14 @@ class Spring(ABC):
     def slope_range(self) -> tuple[float, float]:
         """Smallest and largest incremental slope dF/dα; infinite where it has no bound."""
 
+    @abstractmethod
+    def span(self) -> tuple[float, float]:
+        """Pitches between which the law is nonlinear; beyond them it is (close to) straight."""
+
+    def corners(self, bias: ArrayLike = 0.0) -> Array:
+        """Amplitudes, shape (m, ...), at which the describing function has a kink at a bias."""
+        return np.empty((0, *np.shape(bias)))
+
     def initial_memory(self, alpha: ArrayLike) -> Array:
         """Memory at the start of a motion from pitch `alpha`."""
         return np.zeros(np.shape(alpha))
@@ -156,6 +164,15 @@ class PiecewiseLinear(Spring):
 
         p = self.pieces()
         return Describing(*forms.piecewise_linear(amplitude, bias, p.breaks, p.slopes, p.offsets))
+
+    def span(self) -> tuple[float, float]:
+        """First and last break; a single pitch where there is one break or none."""
+        pieces = self.pieces()
+        if pieces.breaks.size == 0:
+            slope, offset = float(pieces.slopes[0]), float(pieces.offsets[0])
+            centre = -offset / slope if slope else 0.0
+            return centre, centre
+        return float(pieces.breaks[0]), float(pieces.breaks[-1])
 
     def slope_range(self) -> tuple[float, float]:
         """Smallest and largest slope of the pieces."""

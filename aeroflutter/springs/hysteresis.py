@@ -109,6 +109,17 @@ class Hysteresis(Spring):
         f = check_factor(factor)
         return type(self)(f * self.delta_v, f * self.delta_h, f * self.v_off, f * self.h_off)
 
+    def span(self) -> tuple[float, float]:
+        """The outer corners of the loop, centre ± (ΔV + ΔH)/2."""
+        half = (self.delta_v + self.delta_h) / 2
+        return self.centre - half, self.centre + half
+
+    def corners(self, bias: ArrayLike = 0.0) -> Array:
+        """Amplitudes at which the slider begins to move and to reach either stop."""
+        shift = np.asarray(bias, dtype=float) - self.centre
+        slip, full = self.delta_v / 2, (self.delta_v + self.delta_h) / 2
+        return np.stack((np.full_like(shift, slip), full - shift, full + shift))
+
     def slope_range(self) -> tuple[float, float]:
         """Zero on the flats, one elsewhere."""
         return 0.0, 1.0

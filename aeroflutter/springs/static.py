@@ -46,6 +46,12 @@ class Linear(PiecewiseLinear):
         """One piece, no breaks."""
         return Pieces.from_slopes([], [self.stiffness], -self.stiffness * self.centre)
 
+    def describing(self, amplitude: ArrayLike, bias: ArrayLike = 0.0) -> Describing:
+        """Describing function under α = bias + amplitude·sin θ."""
+        from aeroflutter.generated import describing as forms
+
+        return Describing(*forms.linear(amplitude, bias, self.stiffness, self.centre))
+
     def scaled(self, factor: float) -> Self:
         """The same slope about a centre multiplied by `factor`."""
         return type(self)(self.stiffness, self.centre * check_factor(factor))
@@ -97,6 +103,10 @@ class Cubic(Spring):
     def scaled(self, factor: float) -> Self:
         """The spring with pitch and moment both multiplied by `factor`."""
         return type(self)(self.beta1, self.beta3 / check_factor(factor) ** 2)
+
+    def span(self) -> tuple[float, float]:
+        """Where the cubic moment is below the linear one: a cubic is nonlinear everywhere."""
+        return -self.scale, self.scale
 
     def slope_range(self) -> tuple[float, float]:
         """From β₁ to ±∞, by the sign of β₃."""
@@ -187,6 +197,14 @@ class Bilinear(PiecewiseLinear):
         breaks = [self.alpha_f, self.alpha_f + self.delta]
         return Pieces.from_slopes(breaks, [1.0, self.m_f, 1.0], start)
 
+    def describing(self, amplitude: ArrayLike, bias: ArrayLike = 0.0) -> Describing:
+        """Describing function under α = bias + amplitude·sin θ."""
+        from aeroflutter.generated import describing as forms
+
+        return Describing(
+            *forms.bilinear(amplitude, bias, self.m0, self.m_f, self.alpha_f, self.delta)
+        )
+
     def scaled(self, factor: float) -> Self:
         """The spring with its three lengths multiplied by `factor`."""
         f = check_factor(factor)
@@ -221,6 +239,12 @@ class Freeplay(PiecewiseLinear):
         return Pieces(
             np.array([low, high]), np.array([1.0, 0.0, 1.0]), np.array([-low, 0.0, -high])
         )
+
+    def describing(self, amplitude: ArrayLike, bias: ArrayLike = 0.0) -> Describing:
+        """Describing function under α = bias + amplitude·sin θ."""
+        from aeroflutter.generated import describing as forms
+
+        return Describing(*forms.freeplay(amplitude, bias, self.gap, self.centre))
 
     def scaled(self, factor: float) -> Self:
         """The gap and its centre multiplied by `factor`."""
