@@ -15,8 +15,9 @@ Angles are radians, times are the nondimensional τ = V t / b.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -316,16 +317,21 @@ def simulate(
     >>> simulate(system, spring, Initial(alpha=0.1)).state
     'lco'
     """
-    from aeroflutter.springs import Hysteresis, PiecewiseLinear
-    from aeroflutter.timemarch import exact, houbolt, smooth
-
     initial = initial or Initial()
     options = options or SimulateOptions()
     state, memory = initial.start(system, spring)
-    if options.engine == "houbolt":
-        return houbolt.march(system, spring, state, memory, options)
-    straight = isinstance(spring, PiecewiseLinear | Hysteresis)
-    return (exact if straight else smooth).march(system, spring, state, memory, options)
+    return _engine(spring, options)(system, spring, state, memory, options)
+
+
+def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]:
+    """The `march` of the engine that fits; each is imported only when it is wanted."""
+    from aeroflutter.springs import Hysteresis, PiecewiseLinear
+
+    name = options.engine
+    if name == "exact" and not isinstance(spring, PiecewiseLinear | Hysteresis):
+        name = "smooth"
+    march: Callable[..., Response] = import_module(f"aeroflutter.timemarch.{name}").march
+    return march
 
 
 def traces(

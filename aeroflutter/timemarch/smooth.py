@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
-    from scipy.integrate import DOP853
 
     from aeroflutter.lure import LureSystem
     from aeroflutter.springs import Spring
@@ -62,7 +61,7 @@ class _Run:
         self.window = longest if np.isfinite(longest) else 100.0
         self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
         self.verdict: Verdict | None = None
-        self.solver: DOP853 = DOP853(
+        self.solver: Any = DOP853(
             self.rate,
             0.0,
             state,
@@ -71,12 +70,12 @@ class _Run:
             rtol=RTOL,
             atol=RTOL * self.watch.size,
         )
-        self.samples = [state[None]]
+        self.samples: list[Array] = [state[None]]
         self.count = 1
         self.turns: list[tuple[float, float]] = []
 
     def rate(self, _: float, x: Array) -> Array:
-        """x' = A x - b F(c x)."""
+        """Right-hand side A x - b F(c x)."""
         return self.system.A @ x - self.system.b * self.spring.moment(self.system.c @ x)
 
     def go(self) -> None:
@@ -118,7 +117,8 @@ class _Run:
 
     def response(self) -> Response:
         """The result, once the march is over."""
-        states, dt = np.concatenate(self.samples), self.options.dt
+        states: Array = np.concatenate(self.samples)
+        dt = self.options.dt
         verdict = self.verdict or self._last()
         kept = states if self.options.record else states[:0]
         return Response(

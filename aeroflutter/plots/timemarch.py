@@ -1,0 +1,258 @@
+"""Time marches drawn: traces, spring path, phase plane, spectrum, Poincaré section, sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aeroflutter.plots import style as look
+from aeroflutter.timemarch.spectra import LEAST_SAMPLES, poincare_section, power_spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from aeroflutter.lure import Real
+    from aeroflutter.timemarch.response import Response
+    from aeroflutter.timemarch.sweeps import Sweep
+
+__all__ = ["FIGURES", "plot_overview", "plot_response", "plot_sweeps"]
+
+HEAVE = r"heave $\xi = h/b$"
+PITCH_RATE = r"pitch rate $\alpha'$ (deg per unit $\tau$)"
+MOST_POINTS = 20_000  # a line of more is drawn by its envelope
+STATE_COLOURS = {
+    "damped": look.GREY,
+    "lco": look.BLUE,
+    "aperiodic": look.VERMILION,
+    "divergent": look.PURPLE,
+    "undecided": look.ORANGE,
+}
+
+
+def plot_response(response: Response, kind: str = "overview", title: str = "") -> Figure:
+    """One figure of a response.
+
+    Parameters
+    ----------
+    response
+        A response with its trace recorded.
+    kind
+        One of `FIGURES`.
+    title
+        Written above.
+    """
+    if kind == "overview":
+        return plot_overview(response, title)
+    draw, width, height, rows = FIGURES[kind]
+    with look.style():
+        figure, axes = look.figure(rows, 1, width=width, height=height, sharex=rows > 1)
+        draw(np.atleast_1d(axes), response)
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def plot_overview(response: Response, title: str = "") -> Figure:
+    """Traces above, then spring path, phase plane, spectrum and Poincaré section."""
+    from matplotlib.figure import Figure
+
+    with look.style():
+        figure = Figure(figsize=(10.0, 7.2), layout="constrained")
+        grid = figure.add_gridspec(3, 4, height_ratios=(1.0, 1.0, 1.6))
+        top = figure.add_subplot(grid[0, :])
+        _traces(np.array([top, figure.add_subplot(grid[1, :], sharex=top)]), response)
+        for column, draw in enumerate((_spring_path, _phase_plane, _spectrum, _poincare)):
+            draw(np.array([figure.add_subplot(grid[2, column])]), response)
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def plot_sweeps(
+    sweeps: Sequence[Sweep], reference: float, title: str = "", *, label: str = look.SPEED_RATIO
+) -> Figure:
+    """Amplitude against speed, up and down, the jumps as arrows.
+
+    Parameters
+    ----------
+    sweeps
+        Passes over the same speeds.
+    reference
+        Speeds are divided by it: the linear flutter speed, or 1.
+    title
+        Written above.
+    label
+        Of the speed axis.
+    """
+    with look.style():
+        figure, axes = look.figure(width=6.4, height=4.2)
+        for one in sweeps:
+            _sweep(axes, one, reference)
+        _state_legend(axes, {state for one in sweeps for state in one.state})
+        axes.set_xlabel(label)
+        axes.set_ylabel(look.AMPLITUDE)
+        axes.set_ylim(bottom=0)
+        if title:
+            axes.set_title(title)
+    return figure
+
+
+def _late(response: Response) -> slice:
+    """The steady part: a few periods of a limit cycle, else the last third of the trace."""
+    count = response.time.size
+    keep = max(2, count // 3)
+    if response.state == "lco" and np.isfinite(response.period):
+        spacing = response.time[1] - response.time[0]
+        keep = min(count, int(np.ceil(2.0 * response.period / spacing)) + 1)
+    return slice(count - keep, count)
+
+
+def _traces(axes: Any, response: Response) -> None:
+    """Pitch above heave against time (thesis figures 4.1-4.7)."""
+    time, pitch, heave = _thinned(response.time, np.degrees(response.pitch), response.heave)
+    axes[0].plot(time, pitch, color=look.BLUE, linewidth=0.9)
+    axes[0].set_ylabel(look.PITCH)
+    axes[0].tick_params(labelbottom=False)
+    axes[1].plot(time, heave, color=look.VERMILION, linewidth=0.9)
+    axes[1].set_ylabel(HEAVE)
+    axes[1].set_xlabel(look.TIME)
+    axes[1].set_xlim(time[0], time[-1])
+
+
+def _spring_path(axes: Any, response: Response) -> None:
+    """Moment against pitch: the whole run faint, its end drawn over it (figures 5.5b-5.31b)."""
+    _path(axes[0], np.degrees(response.pitch), np.degrees(response.moment), response)
+    axes[0].set_xlabel(look.PITCH)
+    axes[0].set_ylabel(look.MOMENT)
+    axes[0].set_title("spring path")
+
+
+def _phase_plane(axes: Any, response: Response) -> None:
+    """Pitch rate against pitch."""
+    spacing = response.time[1] - response.time[0]
+    rate = np.gradient(response.pitch, spacing)
+    _path(axes[0], np.degrees(response.pitch), np.degrees(rate), response)
+    axes[0].set_xlabel(look.PITCH)
+    axes[0].set_ylabel(PITCH_RATE)
+    axes[0].set_title("phase plane")
+
+
+def _path(axes: Axes, x: Real, y: Real, response: Response) -> None:
+    """The transient faint, the steady part over it and filling half of the frame."""
+    late = _late(response)
+    axes.plot(x[: late.start + 1], y[: late.start + 1], color=look.SKY, linewidth=0.5, alpha=0.7)
+    axes.plot(x[late], y[late], color=look.BLUE, linewidth=1.3)
+    if response.state not in ("lco", "aperiodic"):
+        return
+    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        low, high = float(values[late].min()), float(values[late].max())
+        limit(1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low)
+
+
+def _spectrum(axes: Any, response: Response) -> None:
+    """Power spectral density of pitch by Welch's method (figures 5.1-5.4)."""
+    axes[0].set_title("spectrum")
+    if _too_short(axes[0], response):
+        return
+    spectrum = power_spectrum(response)
+    density = spectrum.density * np.degrees(1.0) ** 2
+    top = float(density.max())
+    axes[0].semilogy(spectrum.k[1:], density[1:], color=look.BLUE, linewidth=1.0)
+    axes[0].set_xlabel(r"reduced frequency $k = \omega b/V$")
+    axes[0].set_ylabel(r"PSD of pitch (deg$^2$ per unit $k$)")
+    if top > 0.0:
+        axes[0].set_ylim(1e-9 * top, 4.0 * top)
+        main = spectrum.k[int(np.argmax(density))]
+        axes[0].set_xlim(0.0, 12.0 * max(main, spectrum.k[1]))
+
+
+def _poincare(axes: Any, response: Response) -> None:
+    """Heave and pitch at pitch maxima of the second half of the run."""
+    axes[0].set_title("Poincaré section")
+    if _too_short(axes[0], response):
+        return
+    section = poincare_section(response)
+    pitch = np.degrees(section.pitch)
+    names = section.state_names
+    heave = section.states[:, names.index("xi")] if "xi" in names else np.zeros(pitch.size)
+    axes[0].plot(pitch, heave, ".", color=look.BLUE, markersize=3.5)
+    _open_up(axes[0], pitch, heave)
+    axes[0].set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
+    axes[0].set_ylabel(HEAVE)
+
+
+def _too_short(axes: Axes, response: Response) -> bool:
+    """Say so in the axes where a trace is too short to be analysed."""
+    short = response.time.size < 2 * LEAST_SAMPLES
+    if short:
+        axes.text(0.5, 0.5, "trace too short", transform=axes.transAxes, ha="center")
+    return short
+
+
+def _open_up(axes: Axes, x: Real, y: Real) -> None:
+    """Limits that show a point as a point, not the round-off around it."""
+    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        if values.size == 0:
+            continue
+        low, high = float(values.min()), float(values.max())
+        middle, size = 0.5 * (low + high), max(abs(low), abs(high), 1e-12)
+        half = max(0.6 * (high - low), 0.05 * size)
+        limit(middle - half, middle + half)
+
+
+def _thinned(time: Real, *signals: Real) -> tuple[Real, ...]:
+    """Signals of at most `MOST_POINTS`, keeping the extremes of every stretch."""
+    stretch = 2 * time.size // MOST_POINTS
+    if stretch < 2:
+        return (time, *signals)
+    rows = time.size // stretch
+    shape = (rows, stretch)
+    starts = time[: rows * stretch].reshape(shape)
+    thinned = [np.repeat(starts[:, 0], 2)]
+    for signal in signals:
+        block = signal[: rows * stretch].reshape(shape)
+        thinned.append(np.stack((block.min(axis=1), block.max(axis=1)), axis=1).ravel())
+    return tuple(thinned)
+
+
+def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
+    speed, amplitude = one.speeds / reference, np.degrees(one.amplitude)
+    line: dict[str, Any] = {
+        "color": look.BLACK,
+        "linewidth": 0.8,
+        "linestyle": "-" if one.upward else "--",
+    }
+    axes.plot(speed, amplitude, label="speed rising" if one.upward else "speed falling", **line)
+    for state in sorted(set(one.state)):
+        pick = np.array([kind == state for kind in one.state])
+        marker = "^" if one.upward else "v"
+        axes.plot(speed[pick], amplitude[pick], marker, color=STATE_COLOURS[state], clip_on=False)
+    for jump in one.jumps:
+        axes.annotate(
+            "",
+            xy=(jump.after / reference, np.degrees(jump.amplitude_after)),
+            xytext=(jump.before / reference, np.degrees(jump.amplitude_before)),
+            arrowprops={"arrowstyle": "-|>", "color": look.VERMILION, "linewidth": 1.2},
+        )
+
+
+def _state_legend(axes: Axes, states: set[str]) -> None:
+    for state in STATE_COLOURS:
+        if state in states:
+            axes.plot([], [], "o", color=STATE_COLOURS[state], label=state)
+    axes.legend(loc="best")
+
+
+Draw = Callable[[Any, "Response"], None]
+
+FIGURES: dict[str, tuple[Draw, float, float, int]] = {
+    "traces": (_traces, 8.0, 4.6, 2),
+    "spring": (_spring_path, 4.8, 4.4, 1),
+    "phase": (_phase_plane, 4.8, 4.4, 1),
+    "psd": (_spectrum, 6.0, 4.0, 1),
+    "poincare": (_poincare, 4.8, 4.4, 1),
+}
+"""Kind: what draws it, width and height in inches, rows of axes."""
