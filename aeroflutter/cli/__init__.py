@@ -24,6 +24,7 @@ COMMANDS = {
     "cases": "List the built-in cases.",
     "init": "Write a commented case file to start from.",
     "validate": "Check a case file and say what it describes.",
+    "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
 }
 """Name of every command and its line in the help; `NAME` is the function `NAME` of `cli/NAME.py`."""
 
