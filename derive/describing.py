@@ -44,7 +44,7 @@ class Harmonics:
 
 
 def integrate(segments: list[Segment], amplitude: sp.Expr = AMPLITUDE) -> Harmonics:
-    """Fourier integrals over one cycle of a moment given segment by segment (eqs 3.38-3.39)."""
+    """Fourier integrals over one cycle of a moment given segment by segment (section 3.2.2)."""
 
     def cycle(weight: sp.Expr) -> sp.Expr:
         parts = [

@@ -7,11 +7,13 @@ from types import SimpleNamespace
 
 import sympy as sp
 
+from derive import houbolt
 from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import Configuration
 from derive.emit import render
 from derive.equations import SecondOrder
+from derive.printer import source
 from derive.state_space import characteristic_parts, mass_inverse
 
 
@@ -70,4 +72,22 @@ def quasi_steady_module(configuration: Configuration, equations: SecondOrder) ->
         "quasi_steady.py.j2",
         **_common(configuration, equations),
         coalescence=coalescence(equations, configuration.nonlinear),
+    )
+
+
+def houbolt_module() -> str:
+    """Source of ``generated/houbolt.py``."""
+    step = houbolt.step_matrices()
+    total = {houbolt.NEWEST: sp.Symbol("total")}
+    terms = houbolt.taylor_weights()
+    return render(
+        "houbolt.py.j2",
+        velocity=[source(weight) for weight in houbolt.difference_weights(1)],
+        acceleration=[source(weight) for weight in houbolt.difference_weights(2)],
+        duhamel=[source(weight) for weight in houbolt.duhamel_weights()],
+        new=[(sp.Symbol("new"), step.new.subs(total))],
+        old=[
+            (sp.Symbol(f"old[{k}]"), factor.subs(total)) for k, factor in enumerate(step.old)
+        ],
+        series=["np.ones(3)", *(source(weight) for weight in terms[1:])],
     )

@@ -206,7 +206,7 @@ def impedance(
     stiffness: ArrayLike,
     p: ArrayLike,
 ) -> NDArray[np.complex128]:
-    """B(p) of B(p) q = 0 for the pitch spring F = N alpha (equation 3.18).
+    """B(p) of B(p) q = 0 for the pitch spring F = N alpha (equations 3.18-3.19).
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def impedance(
     spring = np.zeros((2, 2))
     spring[1, 1] = 1.0
 
-    # outputs: equation 3.18
+    # outputs: equations 3.18-3.19
     return np.asarray(s**2 * mass + s * C1 / U + K0 + (K2 + N * spring) / U**2)
 
 
