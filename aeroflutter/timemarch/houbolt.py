@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from aeroflutter.generated.houbolt import VELOCITY, start_values
 
 from aeroflutter.errors import InputError
 from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
 from aeroflutter.timemarch._kernel_houbolt import march as march_kernel
 from aeroflutter.timemarch._kernel_settle import turning_points
-from aeroflutter.timemarch.houbolt_scheme import VELOCITY, Scheme
+from aeroflutter.timemarch.houbolt_scheme import Scheme
 from aeroflutter.timemarch.response import Response, traces
 from aeroflutter.timemarch.settling import Verdict, Watch, closed_slopes, period_range
 
@@ -123,21 +124,19 @@ class _Buffers:
         closed = system.closed(slope)
         second = closed @ first
         third = closed @ second
-        q0, q1 = state[form.positions], state[form.rates]
-        q2, q3, q4 = (x[form.rates] for x in (first, second, third))
-
-        t = np.array([-2.0, -1.0, 0.0, 1.0])[:, None] * dt
-        q = q0 + t * (q1 + t / 2 * (q2 + t / 3 * (q3 + t / 4 * q4)))
-        v = q1 + t * (q2 + t / 2 * (q3 + t / 3 * q4))
-        lam = v @ form.d0 + (q2 + t * (q3 + t / 2 * q4)) @ form.d1
+        q0 = state[form.positions]
+        derivatives = np.array([q0, *(x[form.rates] for x in (state, first, second, third))])
+        q, v, a = start_values(derivatives, dt)
+        lam = v @ form.d0 + a @ form.d1
+        before = lam[2] - 3.0 * lam[1] + 3.0 * lam[0]  # the same quadratic at -2Δτ
         n = form.lag_rate.size
         J = np.zeros((3, len(scheme.step.j_j)))
         J[1, :n] = form.duhamel(state)
-        J[2] = J[1] * scheme.step.j_j + np.reshape(scheme.step.j_l, (-1, 4)) @ lam
-        Y = q[1:] @ form.c
+        J[2] = J[1] * scheme.step.j_j + np.reshape(scheme.step.j_l, (-1, 4)) @ [before, *lam]
+        Y = q @ form.c
         H = np.array([memory, memory, advance(*law, memory, Y[2])])
-        states = np.array([state, form.state(q[3], v[3], J[2, :n])])
-        return cls(q[1:], lam[1:], J, Y, H), states
+        states = np.array([state, form.state(q[2], v[2], J[2, :n])])
+        return cls(q, lam, J, Y, H), states
 
     def grown(self, steps: int) -> _Buffers:
         """The same history with room for so many steps."""

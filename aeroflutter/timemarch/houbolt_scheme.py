@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from aeroflutter.generated.houbolt import ACCELERATION, DUHAMEL, VELOCITY
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.timemarch._kernel_houbolt import Recurrence
@@ -19,10 +20,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = ["Scheme", "flutter_speed"]
-
-VELOCITY = np.array([-2.0, 9.0, -18.0, 11.0]) / 6.0  # of q(n-2) … q(n+1), times 1/Δτ
-ACCELERATION = np.array([-1.0, 4.0, -5.0, 2.0])  # likewise, times 1/Δτ²
-DUHAMEL = np.array([1.0, -5.0, 19.0, 9.0]) / 24.0  # of λ(n-2) … λ(n+1), times Δτ
 
 
 @dataclass(frozen=True, eq=False)
