@@ -24,9 +24,10 @@ COMMANDS = {
     "cases": "List the built-in cases.",
     "init": "Write a commented case file to start from.",
     "validate": "Check a case file and say what it describes.",
+    "rootlocus": "Linear flutter and divergence: roots against airspeed.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
 }
-"""Name of every command and its line in the help; `NAME` is the function `NAME` of `cli/NAME.py`."""
+"""Name and line of help of every command; the command is the function NAME of cli/NAME.py."""
 
 OK, FAILED, BAD_INPUT, NOT_CONVERGED, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
 
