@@ -1,13 +1,12 @@
 """What a section is made of, as data: coordinates, energies, mode shapes and nondimensional groups.
 
 A trailing-edge flap, or any other degree of freedom, is one more :class:`Coordinate` in a
-:class:`Configuration`; the derivation itself never counts them.
+:class:`Configuration` (see ``derive/flap.py``); the derivation itself never counts them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -17,7 +16,11 @@ from derive.thin_airfoil import Pairings, Shape
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One generalised coordinate q(t) = length * q(tau)."""
+    """One generalised coordinate q(t) = length q(tau).
+
+    ``shape`` is the downward displacement of the chord line, in semichords, a unit of q(tau);
+    ``scale`` the energy its equation is divided by; ``equation`` what that equation is called.
+    """
 
     name: str
     latex: str
@@ -27,7 +30,7 @@ class Coordinate:
     equation: str
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shape", Shape(self.shape.polynomial, self.shape.start, self.name))
+        object.__setattr__(self, "shape", replace(self.shape, name=self.name))
 
     @property
     def displacement(self) -> sp.Function:
@@ -36,12 +39,26 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
+class Load:
+    """An aerodynamic coefficient: ``factor`` times what one equation has on its left-hand side."""
+
+    name: str
+    title: str
+    coefficient: str
+    row: int
+    factor: sp.Expr
+    equation: str
+
+
+@dataclass(frozen=True)
 class Configuration:
     """Energies in terms of ``coordinates``; ``nonlinear`` counts the one with the free spring.
 
     The potential energy leaves out the nonlinear spring: its moment is ``spring`` times F of the
-    nonlinear coordinate. Every equation is divided by its ``scale``, an energy. ``groups`` turns
-    the dimensional quantities into the nondimensional ``parameters``.
+    nonlinear coordinate. Every equation is divided by its ``scale``. ``groups`` turns the
+    dimensional quantities into the nondimensional ``parameters``, given with what they mean.
+    ``pairings`` are integrals between parts of the chord that only a reference can give (see
+    ``thin_airfoil.pairing``).
     """
 
     name: str
@@ -51,21 +68,32 @@ class Configuration:
     dissipation: sp.Expr
     nonlinear: int
     spring: sp.Expr
-    parameters: tuple[sp.Symbol, ...]
+    parameters: dict[sp.Symbol, str]
     groups: dict[sp.Symbol, sp.Expr]
-    pairings: Pairings = field(default_factory=lambda: MappingProxyType({}))
+    loads: tuple[Load, ...] = ()
+    pairings: Pairings = field(default_factory=dict)
 
 
-_K_H, _K_ALPHA, _C_H, _C_ALPHA = sp.symbols("K_h K_alpha C_h C_alpha", positive=True)
-_OMEGA_ALPHA = s.VELOCITY / (s.SEMICHORD * s.SPEED)
-_OMEGA_XI = s.OMEGA_BAR * _OMEGA_ALPHA
 _MASS = s.MU * sp.pi * s.DENSITY * s.SEMICHORD**2
 _INERTIA = _MASS * s.SEMICHORD**2 * s.R_ALPHA**2
-_RATE_SQUARED = s.VELOCITY**2 / s.SEMICHORD**2
+_OMEGA_ALPHA = s.VELOCITY / (s.SEMICHORD * s.SPEED)
+_OMEGA_XI = s.OMEGA_BAR * _OMEGA_ALPHA
 
-HEAVE = Coordinate("xi", r"\xi", Shape(sp.Integer(1)), s.SEMICHORD, _MASS * s.VELOCITY**2, "heave")
+HEAVE = Coordinate(
+    name="xi",
+    latex=r"\xi",
+    shape=Shape(sp.Integer(1)),
+    length=s.SEMICHORD,
+    scale=_MASS * s.VELOCITY**2,
+    equation="heave equation",
+)
 PITCH = Coordinate(
-    "alpha", r"\alpha", Shape(s.X - s.A_H), sp.Integer(1), _INERTIA * _RATE_SQUARED, "pitch"
+    name="alpha",
+    latex=r"\alpha",
+    shape=Shape(s.X - s.A_H),
+    length=sp.Integer(1),
+    scale=_INERTIA * s.VELOCITY**2 / s.SEMICHORD**2,
+    equation="pitch equation",
 )
 _h, _alpha = HEAVE.displacement, PITCH.displacement
 
@@ -75,20 +103,37 @@ TYPICAL_SECTION = Configuration(
     kinetic=s.MASS * _h.diff() ** 2 / 2
     + s.STATIC_MOMENT * _h.diff() * _alpha.diff()
     + s.INERTIA * _alpha.diff() ** 2 / 2,
-    potential=_K_H * _h**2 / 2,
-    dissipation=_C_H * _h.diff() ** 2 / 2 + _C_ALPHA * _alpha.diff() ** 2 / 2,
+    potential=s.K_H * _h**2 / 2,
+    dissipation=s.C_H * _h.diff() ** 2 / 2 + s.C_ALPHA * _alpha.diff() ** 2 / 2,
     nonlinear=1,
-    spring=_K_ALPHA,
-    parameters=(
-        s.MU, s.A_H, s.X_ALPHA, s.R_ALPHA, s.OMEGA_BAR, s.ZETA_ALPHA, s.ZETA_XI,
-    ),
+    spring=s.K_ALPHA,
+    parameters={
+        s.MU: "Mass ratio m / (pi rho b^2).",
+        s.A_H: "Elastic axis behind midchord, in semichords.",
+        s.X_ALPHA: "Centre of mass behind the elastic axis, in semichords.",
+        s.R_ALPHA: "Radius of gyration about the elastic axis, in semichords.",
+        s.OMEGA_BAR: "Uncoupled heave frequency over uncoupled pitch frequency.",
+        s.ZETA_ALPHA: "Damping ratio in pitch.",
+        s.ZETA_XI: "Damping ratio in heave.",
+    },
     groups={
         s.MASS: _MASS,
         s.STATIC_MOMENT: _MASS * s.SEMICHORD * s.X_ALPHA,
         s.INERTIA: _INERTIA,
-        _K_H: _MASS * _OMEGA_XI**2,
-        _K_ALPHA: _INERTIA * _OMEGA_ALPHA**2,
-        _C_H: 2 * s.ZETA_XI * _MASS * _OMEGA_XI,
-        _C_ALPHA: 2 * s.ZETA_ALPHA * _INERTIA * _OMEGA_ALPHA,
+        s.K_H: _MASS * _OMEGA_XI**2,
+        s.K_ALPHA: _INERTIA * _OMEGA_ALPHA**2,
+        s.C_H: 2 * s.ZETA_XI * _MASS * _OMEGA_XI,
+        s.C_ALPHA: 2 * s.ZETA_ALPHA * _INERTIA * _OMEGA_ALPHA,
     },
-)  # fmt: skip
+    loads=(
+        Load("lift_coefficient", "lift coefficient", "C_L", 0, sp.pi * s.MU, "3.21"),
+        Load(
+            "moment_coefficient",
+            "moment coefficient about the elastic axis",
+            "C_M",
+            1,
+            -sp.pi * s.MU * s.R_ALPHA**2 / 2,
+            "3.22",
+        ),
+    ),
+)

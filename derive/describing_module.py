@@ -23,9 +23,7 @@ def _form(harmonics: d.Harmonics, derivatives: dict[str, sp.Expr]) -> SimpleName
     return SimpleNamespace(
         values=[pair for pair in named if not str(pair[0]).startswith("d")],
         derivatives=[pair for pair in named if str(pair[0]).startswith("d")],
-        results=[
-            source(results[name]) if results[name].is_Number else name for name in _FIELDS
-        ],
+        results=[source(results[name]) if results[name].is_Number else name for name in _FIELDS],
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,19 +17,41 @@ TEMPLATES = Path(__file__).parent / "templates"
 
 
 def assignment(target: str, expression: sp.Expr, indent: int = 4) -> str:
-    """``target = expression``, broken at its additions where the line would be too long."""
-    pad = " " * indent
-    line = f"{pad}{target} = {source(expression)}"
-    if len(line) <= WIDTH:
-        return line
-    inner = f"{pad}    {source(expression)}"
-    if len(inner) <= WIDTH:
-        return f"{pad}{target} = (\n{inner}\n{pad})"
-    terms = _terms(source(expression))
-    lines = [f"{pad}{target} = (", *(f"{pad}    {term}" for term in terms), f"{pad})"]
-    if max(map(len, lines)) > WIDTH or len(terms) == 1:
-        raise ValueError(f"{target}: name some intermediate terms, one term fills a line: {lines}")
-    return "\n".join(lines)
+    """``target = expression``, broken at its additions where the line would be too long.
+
+    Where that does not do, the longest sums and functions inside it are named first. A long sum
+    that ends in a bracket is one of these cases, since formatters break it in the bracket.
+    """
+    stem = re.sub(r"[^0-9a-zA-Z]+", "_", target).strip("_")
+    named: list[str] = []
+    while (text := _layout(target, expression, indent)) is None:
+        part = _longest_part(expression)
+        name = f"{stem}_part_{len(named) + 1}"
+        named.append(assignment(name, part, indent))
+        expression = expression.xreplace({part: sp.Symbol(name, real=True)})
+    return "\n".join([*named, text])
+
+
+def _layout(target: str, expression: sp.Expr, indent: int) -> str | None:
+    """One line, or one a term, or None where neither fits."""
+    pad, text = " " * indent, source(expression)
+    if len(f"{pad}{target} = {text}") <= WIDTH:
+        return f"{pad}{target} = {text}"
+    inner = [text] if len(f"{pad}    {text}") <= WIDTH else _terms(text)
+    lines = [f"{pad}{target} = (", *(f"{pad}    {term}" for term in inner), f"{pad})"]
+    return None if max(map(len, lines)) > WIDTH or text.endswith(")") else "\n".join(lines)
+
+
+def _longest_part(expression: sp.Expr) -> sp.Expr:
+    """The sum, root or function inside an expression that takes the most room."""
+    parts = [
+        part
+        for part in expression.atoms(sp.Add, sp.Function, sp.Pow) - {expression}
+        if not (part.is_Pow and part.exp.is_Integer)
+    ]
+    if not parts:
+        raise ValueError(f"cannot be laid out: {source(expression)}")
+    return max(parts, key=lambda part: (len(source(part)), source(part)))
 
 
 def _terms(text: str) -> list[str]:
@@ -55,8 +79,8 @@ def matrix(target: str, value: sp.Matrix, indent: int = 4) -> str:
 
 
 def row(target: str, value: sp.Matrix, indent: int = 4) -> str:
-    """Entries of a row whose leading axes broadcast."""
-    entries = enumerate(value)
+    """Nonzero entries of a row whose leading axes broadcast."""
+    entries = [(j, entry) for j, entry in enumerate(value) if entry != 0]
     return "\n".join(assignment(f"{target}[..., {j}]", entry, indent) for j, entry in entries)
 
 
@@ -68,10 +92,14 @@ def assignments(pairs: Sequence[tuple[sp.Symbol, sp.Expr]], indent: int = 4) -> 
 def items(target: str, values: Sequence[sp.Expr], indent: int = 4) -> str:
     """A tuple with one item a line."""
     pad = " " * indent
-    lines = [f"{pad}{target} = (", *(f"{pad}    {source(value)}," for value in values), f"{pad})"]
-    if max(map(len, lines)) > WIDTH:
+    lines = [f"{pad}{target} = ("]
+    for value in values:
+        line = f"{pad}    {source(value)},"
+        terms = [line] if len(line) <= WIDTH else [f"{pad}    {x}" for x in _terms(line.strip())]
+        lines += terms
+    if max(map(len, [*lines, ""])) > WIDTH:
         raise ValueError(f"{target}: an item fills a line; name some intermediate terms: {lines}")
-    return "\n".join(lines)
+    return "\n".join([*lines, f"{pad})"])
 
 
 def call(target: str, function: str, values: Sequence[str], indent: int = 4) -> str:
@@ -81,6 +109,25 @@ def call(target: str, function: str, values: Sequence[str], indent: int = 4) -> 
     if len(line) <= WIDTH:
         return line
     return f"{pad}{target} = {function}(\n{pad}    ({', '.join(values)})\n{pad})"
+
+
+def invoke(target: str, function: str, arguments: Sequence[str], indent: int = 4) -> str:
+    """``target = function(arguments)``, laid out as ruff lays it out."""
+    pad = " " * indent
+    text = ", ".join(arguments)
+    if len(f"{pad}{target} = {function}({text})") <= WIDTH:
+        return f"{pad}{target} = {function}({text})"
+    if len(f"{pad}    {text}") <= WIDTH:
+        return f"{pad}{target} = {function}(\n{pad}    {text}\n{pad})"
+    lines = "\n".join(f"{pad}    {argument}," for argument in arguments)
+    return f"{pad}{target} = {function}(\n{lines}\n{pad})"
+
+
+def inputs(arguments: Sequence[str], indent: int = 4) -> str:
+    """Comment that names the inputs of a function."""
+    lead = f"{' ' * indent}# "
+    text = f"inputs: {', '.join(arguments)}"
+    return textwrap.fill(text, WIDTH, initial_indent=lead, subsequent_indent=lead)
 
 
 def signature(name: str, arguments: Sequence[str], returns: str) -> str:
@@ -104,8 +151,8 @@ def environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    helpers = (assignments, items, matrix, row, signature, source)
-    env.globals.update({helper.__name__: helper for helper in helpers})
+    helpers = (assignments, inputs, invoke, items, matrix, row, signature, source)
+    env.globals.update({helper.__name__: helper for helper in helpers}, parameter_docs={})
     return env
 
 

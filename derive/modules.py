@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import SimpleNamespace
 
 import sympy as sp
@@ -10,7 +9,7 @@ import sympy as sp
 from derive import houbolt
 from derive import symbols as s
 from derive.coalescence import coalescence
-from derive.configuration import Configuration
+from derive.configuration import Configuration, Load
 from derive.emit import render
 from derive.equations import SecondOrder
 from derive.printer import source
@@ -28,15 +27,26 @@ def _inverse(equations: SecondOrder) -> SimpleNamespace:
     )
 
 
-def _coefficient_row(equations: SecondOrder, row: int, factor: sp.Expr) -> sp.Matrix:
-    """Laplace-domain aerodynamic force of one equation, over q, times ``factor``."""
-    phi = sp.Symbol("phi")
-    apparent = equations.apparent_mass * s.P**2 + equations.C0 * s.P + equations.K0
-    full = apparent + phi * equations.g * (equations.w_q + s.P * equations.w_v)
-    return (full[row, :] * factor).applyfunc(lambda entry: sp.collect(sp.expand(entry), phi))
+def load_row(equations: SecondOrder, load: Load) -> tuple[sp.Matrix, sp.Matrix]:
+    """Coefficient over q in the Laplace domain, without and with Phi (equations 3.21-3.22)."""
+    air = equations.apparent_mass * s.P**2 + equations.C0 * s.P + equations.K0
+    wake = equations.g * (equations.w_q + s.P * equations.w_v)
+
+    def entry(value: sp.Expr) -> sp.Expr:
+        if value == 0:
+            return value
+        return sp.pi * sp.horner(sp.expand(value * load.factor / sp.pi), s.P)
+
+    return air[load.row, :].applyfunc(entry), wake[load.row, :].applyfunc(entry)
 
 
-def _common(configuration: Configuration, equations: SecondOrder) -> Mapping[str, object]:
+def _arguments(configuration: Configuration, *matrices: sp.Matrix) -> list[str]:
+    """Parameters that some matrices depend on, in the order of the configuration."""
+    free = set().union(*(matrix.free_symbols for matrix in matrices))
+    return [str(parameter) for parameter in configuration.parameters if parameter in free]
+
+
+def _common(configuration: Configuration, equations: SecondOrder) -> dict[str, object]:
     names = [coordinate.name for coordinate in configuration.coordinates]
     nonlinear = configuration.nonlinear
     spring = sp.zeros(equations.n, equations.n)
@@ -49,20 +59,39 @@ def _common(configuration: Configuration, equations: SecondOrder) -> Mapping[str
         "n": equations.n,
         "nonlinear": nonlinear,
         "names": [str(parameter) for parameter in configuration.parameters],
+        "parameter_docs": {str(key): text for key, text in configuration.parameters.items()},
         "eq": equations,
         "inverse": _inverse(equations),
         "spring": spring,
+        "push": equations.e[nonlinear],
         "poly": characteristic_parts(equations, nonlinear),
     }
 
 
 def section_module(configuration: Configuration, equations: SecondOrder) -> str:
     """Source of ``generated/section.py``."""
+
+    def arguments(*matrices: sp.Matrix) -> list[str]:
+        return _arguments(configuration, *matrices)
+
+    loads = []
+    for load in configuration.loads:
+        air, wake = load_row(equations, load)
+        names = ["p", *arguments(air, wake), "a", "b"]
+        loads.append({**vars(load), "air": air, "wake": wake, "args": names})
     return render(
         "section.py.j2",
         **_common(configuration, equations),
-        lift=_coefficient_row(equations, 0, sp.pi * s.MU),
-        moment=_coefficient_row(equations, 1, -sp.pi * s.MU * s.R_ALPHA**2 / 2),
+        loads=loads,
+        air_stiffness=any(entry != 0 for entry in equations.K0),
+        args=SimpleNamespace(
+            structural_mass=arguments(equations.structural_mass),
+            apparent_mass=arguments(equations.apparent_mass),
+            mass=arguments(equations.M),
+            stiffness=arguments(equations.K2),
+            air_stiffness=arguments(equations.K0),
+            circulatory=arguments(equations.g, equations.w_q, equations.w_v),
+        ),
     )
 
 
@@ -86,8 +115,6 @@ def houbolt_module() -> str:
         acceleration=[source(weight) for weight in houbolt.difference_weights(2)],
         duhamel=[source(weight) for weight in houbolt.duhamel_weights()],
         new=[(sp.Symbol("new"), step.new.subs(total))],
-        old=[
-            (sp.Symbol(f"old[{k}]"), factor.subs(total)) for k, factor in enumerate(step.old)
-        ],
+        old=[(sp.Symbol(f"old[{k}]"), factor.subs(total)) for k, factor in enumerate(step.old)],
         series=["np.ones(3)", *(source(weight) for weight in terms[1:])],
     )

@@ -20,6 +20,7 @@ MASS = sp.Symbol("m", positive=True)
 STATIC_MOMENT = sp.Symbol("S", real=True)
 INERTIA = sp.Symbol("I_alpha", positive=True)
 SEMICHORD = sp.Symbol("b", positive=True)
+K_H, K_ALPHA, C_H, C_ALPHA = sp.symbols("K_h K_alpha C_h C_alpha", positive=True)
 DENSITY = sp.Symbol("rho", positive=True)
 VELOCITY = sp.Symbol("V", positive=True)
 

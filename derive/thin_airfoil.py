@@ -46,8 +46,33 @@ class Shape:
     def integrate(self, weight: sp.Expr) -> sp.Expr:
         """Integral of Z(cos theta) weight(theta) over the part of the chord it covers."""
         integrand = sp.expand(self.polynomial.subs(X, sp.cos(THETA)) * weight)
-        upper = sp.pi if self.whole_chord else sp.acos(self.start)
-        return sp.simplify(sp.integrate(sp.fu(integrand), (THETA, 0, upper)))
+        if self.whole_chord:
+            return _trigonometric_integral(integrand, sp.pi)
+        return _trigonometric_integral(integrand, sp.acos(self.start))
+
+
+def _trigonometric_integral(integrand: sp.Expr, upper: sp.Expr) -> sp.Expr:
+    """Integral from 0 to ``upper`` of a polynomial in sines and cosines of multiples of theta.
+
+    Complex exponentials turn every product into a sum; what is left is real.
+    """
+    z = sp.Symbol("z")
+    exponential = sp.expand(integrand.rewrite(sp.exp)).subs(sp.exp(sp.I * THETA), z)
+    total = sp.Integer(0)
+    for power, coefficient in _powers(sp.expand(exponential), z).items():
+        if power == 0:
+            total += coefficient * upper
+            continue
+        sine = sp.expand_trig(sp.sin(power * upper))
+        cosine = sp.expand_trig(sp.cos(power * upper))
+        total += coefficient * (sine - sp.I * (cosine - 1)) / power
+    return sp.expand(total)
+
+
+def _powers(expression: sp.Expr, z: sp.Symbol) -> dict[int, sp.Expr]:
+    """Coefficients of a Laurent polynomial in z."""
+    polynomial = sp.Poly(expression, z, 1 / z)
+    return {up - down: coefficient for (up, down), coefficient in polynomial.terms()}
 
 
 def potential(shape: Shape) -> sp.Expr:
@@ -56,8 +81,7 @@ def potential(shape: Shape) -> sp.Expr:
     orders = range(1, max(int(degree), 0) + 2)
     return sum(
         (
-            shape.integrate(2 * sp.sin(THETA) * sp.sin(n * THETA) / (n * sp.pi))
-            * sp.sin(n * THETA)
+            shape.integrate(2 * sp.sin(THETA) * sp.sin(n * THETA) / (n * sp.pi)) * sp.sin(n * THETA)
             for n in orders
         ),
         sp.Integer(0),

@@ -6,10 +6,10 @@ Nondimensional time is tau = V t / b and a prime is d/dtau. With q = (xi, alpha)
     M q'' + (C0 + C1/U) q' + K2/U^2 q + g W + e F/U^2 = 0,   w = w_q q + w_v q'
     W = (1 - sum a_i) w + sum a_i b_i z_i,   z_i' = -b_i z_i + w,   z_i(0) = 0
 
-Rows follow the coordinates: heave equation, pitch equation. F is the moment of the pitch
-spring over K_alpha, and e is one in the row of pitch. The state is
-x = (xi, alpha, xi', alpha', z_1, ..., z_n). Equation numbers are those of the
-thesis, sections those of docs/derivation.md.
+Rows are the heave equation, the pitch equation. F is the moment of the nonlinear spring
+over its own stiffness, and e is nonzero in its row only. The state is
+x = (xi, alpha, xi', alpha', z_1, ..., z_n).
+Equation numbers are those of the thesis; docs/derivation.md derives them.
 """
 
 from __future__ import annotations
@@ -96,7 +96,12 @@ def mass_matrix(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array:
     ndarray, shape (2, 2)
         Rows are equations, columns coordinates.
     """
-    return structural_mass(x_alpha, r_alpha) + apparent_mass(mu, a_h, r_alpha)
+    # inputs: mu, a_h, x_alpha, r_alpha
+    structure = structural_mass(x_alpha, r_alpha)
+    air = apparent_mass(mu, a_h, r_alpha)
+
+    # outputs: sum
+    return structure + air
 
 
 def mass_inverse(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array:
@@ -182,7 +187,7 @@ def damping_terms(
 
 
 def stiffness_terms(omega_bar: float) -> Array:
-    """Stiffness of every spring but the pitch spring, K = K2/U^2 (equation 3.9).
+    """Stiffness of every spring but the nonlinear one, K2/U^2 (equation 3.9).
 
     Parameters
     ----------
@@ -192,7 +197,7 @@ def stiffness_terms(omega_bar: float) -> Array:
     Returns
     -------
     ndarray, shape (2, 2)
-        The pitch spring is not in it: its moment enters the pitch equation as F/U^2.
+        The nonlinear spring is not in it: its moment enters its own equation as e F/U^2.
     """
     # inputs: omega_bar
     # outputs: equation 3.9
@@ -388,7 +393,7 @@ def wagner_laplace(p: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.compl
 def lift_coefficient(
     p: ArrayLike, a_h: float, a: ArrayLike, b: ArrayLike
 ) -> NDArray[np.complex128]:
-    """Row of the lift coefficient, C_L = row @ (xi, alpha) in the Laplace domain (equation 3.21).
+    """Row of the lift coefficient over q (equation 3.21).
 
     Parameters
     ----------
@@ -404,25 +409,26 @@ def lift_coefficient(
     Returns
     -------
     ndarray of complex, shape (..., 2)
-        Zero initial conditions.
+        C_L = row @ q in the Laplace domain, from zero initial conditions.
     """
     # inputs: p, a_h, a, b
     p = np.asarray(p, dtype=complex)
     phi = lift_deficiency(p, a, b)
 
     # outputs: equation 3.21
-    row = np.empty((*p.shape, 2), dtype=complex)
-    row[..., 0] = np.pi * p**2 + 2.0 * np.pi * p * phi
-    row[..., 1] = (
-        np.pi * p + phi * (np.pi * p + 2.0 * np.pi - 2.0 * np.pi * a_h * p) - np.pi * a_h * p**2
-    )
-    return row
+    air = np.zeros((*p.shape, 2), dtype=complex)
+    air[..., 0] = np.pi * p**2
+    air[..., 1] = np.pi * p * (1.0 - a_h * p)
+    wake = np.zeros((*p.shape, 2), dtype=complex)
+    wake[..., 0] = 2.0 * np.pi * p
+    wake[..., 1] = np.pi * (p * (1.0 - 2.0 * a_h) + 2.0)
+    return air + phi[..., None] * wake
 
 
 def moment_coefficient(
     p: ArrayLike, a_h: float, a: ArrayLike, b: ArrayLike
 ) -> NDArray[np.complex128]:
-    """Row of the moment coefficient about the elastic axis, in the Laplace domain (equation 3.22).
+    """Row of the moment coefficient about the elastic axis over q (equation 3.22).
 
     Parameters
     ----------
@@ -438,23 +444,20 @@ def moment_coefficient(
     Returns
     -------
     ndarray of complex, shape (..., 2)
-        C_M = row @ (xi, alpha), zero initial conditions.
+        C_M = row @ q in the Laplace domain, from zero initial conditions.
     """
     # inputs: p, a_h, a, b
     p = np.asarray(p, dtype=complex)
     phi = lift_deficiency(p, a, b)
 
     # outputs: equation 3.22
-    row = np.empty((*p.shape, 2), dtype=complex)
-    row[..., 0] = 0.5 * np.pi * a_h * p**2 + phi * (np.pi * a_h * p + 0.5 * np.pi * p)
-    row[..., 1] = (
-        0.5 * np.pi * a_h * p
-        + phi * (np.pi * a_h + 0.25 * np.pi * p + 0.5 * np.pi - np.pi * a_h**2 * p)
-        - 0.5 * np.pi * a_h**2 * p**2
-        - 0.0625 * np.pi * p**2
-        - 0.25 * np.pi * p
-    )
-    return row
+    air = np.zeros((*p.shape, 2), dtype=complex)
+    air[..., 0] = 0.5 * np.pi * a_h * p**2
+    air[..., 1] = np.pi * p * (0.5 * a_h + p * (-0.5 * a_h**2 - 0.0625) - 0.25)
+    wake = np.zeros((*p.shape, 2), dtype=complex)
+    wake[..., 0] = np.pi * p * (a_h + 0.5)
+    wake[..., 1] = np.pi * (a_h + p * (0.25 - a_h**2) + 0.5)
+    return air + phi[..., None] * wake
 
 
 def impedance(
@@ -471,7 +474,7 @@ def impedance(
     stiffness: ArrayLike,
     p: ArrayLike,
 ) -> NDArray[np.complex128]:
-    """B(p) of B(p) q = 0 for the pitch spring F = N alpha (equations 3.10, 3.18 with 3.21-3.22).
+    """B(p) of B(p) q = 0 for the spring F = N alpha (equations 3.10, 3.21-3.22).
 
     Parameters
     ----------
@@ -516,12 +519,11 @@ def impedance(
     spring = np.zeros((2, 2))
     spring[1, 1] = 1.0
     downwash = w_q + s * w_v
+    stiffness_2 = stiffness_terms(omega_bar) + N * spring
 
     # outputs: equation 3.10
     inertia = s**2 * mass_matrix(mu, a_h, x_alpha, r_alpha) + s * (C0 + C1 / U)
-    return np.asarray(
-        inertia + (stiffness_terms(omega_bar) + N * spring) / U**2 + phi * g[:, None] * downwash
-    )
+    return np.asarray(inertia + stiffness_2 / U**2 + phi * g[:, None] * downwash)
 
 
 def characteristic_coefficients(
