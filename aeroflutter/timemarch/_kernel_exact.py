@@ -1,0 +1,273 @@
+"""Compiled exact engine: from switch to switch of a piecewise-linear Lur'e system.
+
+x' = A x - b F(y), y = c x. Within a mode F = k y - u is a straight line, the flow is a table of
+`_kernel_exact_tables`, and the mode ends where y leaves its window or, on the flat of a loop,
+where y turns back. Modes of a static spring are its pieces; a loop has three.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from aeroflutter.timemarch._kernel_exact_roots import (
+    NEVER,
+    ROWS,
+    extent,
+    first_beyond,
+    first_turn,
+    monotone,
+)
+from aeroflutter.timemarch._kernel_exact_tables import WIDTH, Array
+
+Index = NDArray[np.int64]
+
+STICK, RISING, FALLING = 0, 1, 2  # modes of a loop; those of a static spring are its pieces
+NONE, LOW, HIGH, REVERSAL = 0, 1, 2, 3  # what ends a mode: an edge of its window, or y turning
+DONE, FULL, OVERFLOW, STUCK = 0, 1, 2, 3  # how a march ends
+EPSILON = 2.0**-52
+HUGE = 1e250  # beyond it a motion overflows within a step
+ZENO = 200  # switches without progress in time
+
+
+class Law(NamedTuple):
+    """A piecewise-linear spring as numbers.
+
+    Attributes
+    ----------
+    memory
+        1 for the loop, 0 for a static spring.
+    edges
+        Breaks of a static spring between -inf and inf, (pieces + 1,).
+    table
+        Row of `Tables` a piece, (pieces,); of the loop: (stick, flat).
+    slopes, offsets
+        F = slope y + offset on each piece, (pieces,).
+    loop
+        V1, V2, h_low, h_high.
+    size
+        Largest number of the spring, for round-off.
+    """
+
+    memory: int
+    edges: Array
+    table: Index
+    slopes: Array
+    offsets: Array
+    loop: Array
+    size: float
+
+
+class Work(NamedTuple):
+    """Work space of one march.
+
+    Attributes
+    ----------
+    xs
+        (x, u) now and next, (2, n+1).
+    polynomials
+        See `_kernel_exact_roots`, (ROWS, WIDTH + 2).
+    M
+        M(s), (1, n (n+1)).
+    """
+
+    xs: Array
+    polynomials: Array
+    M: Array
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def workspace(n: int) -> Work:
+    """Work space for n states."""
+    return Work(np.zeros((2, n + 1)), np.zeros((ROWS, WIDTH + 2)), np.empty((1, n * (n + 1))))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def output(c: Array, xs: Array, row: int) -> float:
+    """Y = c x of a row of states."""
+    y = 0.0
+    for i in range(c.size):
+        y += c[i] * xs[row, i]
+    return y
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clip(value: float, low: float, high: float) -> float:
+    """`value` between `low` and `high`."""
+    return low if value < low else (high if value > high else value)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def start(law: Law, h: float, y: float) -> tuple[int, float]:
+    """Mode and memory with which a motion from y begins."""
+    if law.memory:
+        h = clip(clip(h, y - law.loop[0], y - law.loop[1]), law.loop[2], law.loop[3])
+        return STICK, h
+    mode = 0
+    while mode + 1 < law.offsets.size and y >= law.edges[mode + 1]:
+        mode += 1
+    return mode, 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def window(law: Law, mode: int, h: float) -> tuple[int, float, float, float, int]:
+    """Table, input u, lower and upper edge of y, and the direction in which y must go (or 0)."""
+    if law.memory == 0:
+        return law.table[mode], -law.offsets[mode], law.edges[mode], law.edges[mode + 1], 0
+    v1, v2, h_low, h_high = law.loop[0], law.loop[1], law.loop[2], law.loop[3]
+    if mode == STICK:
+        low = -np.inf if h <= h_low else h + v2
+        high = np.inf if h >= h_high else h + v1
+        return law.table[0], h, low, high, 0
+    if mode == RISING:
+        return law.table[1], -v1, -np.inf, h_high + v1, 1
+    return law.table[1], -v2, h_low + v2, np.inf, -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def memory_at(law: Law, mode: int, h: float, y: float) -> float:
+    """Memory at y within a mode: fixed while it sticks, sliding with y on a flat."""
+    if law.memory == 0:
+        return 0.0
+    if mode == RISING:
+        return clip(y - law.loop[0], law.loop[2], law.loop[3])
+    if mode == FALLING:
+        return clip(y - law.loop[1], law.loop[2], law.loop[3])
+    return h
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def switch(law: Law, mode: int, h: float, y: float, kind: int) -> tuple[int, float]:
+    """Mode and memory after `kind` ended a mode at y. An edge comes before a reversal there."""
+    if law.memory == 0:
+        return (mode - 1 if kind == LOW else mode + 1), 0.0
+    if mode == STICK:
+        return (FALLING if kind == LOW else RISING), h
+    if kind == HIGH:
+        return STICK, law.loop[3]
+    if kind == LOW:
+        return STICK, law.loop[2]
+    return STICK, memory_at(law, mode, h, y)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def moment(law: Law, mode: int, h: float, y: float) -> float:
+    """Restoring moment F at y within a mode."""
+    if law.memory:
+        return y - memory_at(law, mode, h, y)
+    return law.slopes[mode] * y + law.offsets[mode]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def combine(table: Array, p: int, xs: Array, now: int, w: Array, row: int) -> None:
+    """Coefficients of y over a step from (x, u): the rows of piece p of a table (m, n+1, w)."""
+    for k in range(0, WIDTH, 8):
+        s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = 0.0
+        for j in range(table.shape[1]):
+            v = xs[now, j]
+            s0 += table[p, j, k] * v
+            s1 += table[p, j, k + 1] * v
+            s2 += table[p, j, k + 2] * v
+            s3 += table[p, j, k + 3] * v
+            s4 += table[p, j, k + 4] * v
+            s5 += table[p, j, k + 5] * v
+            s6 += table[p, j, k + 6] * v
+            s7 += table[p, j, k + 7] * v
+        w[row, k] = s0
+        w[row, k + 1] = s1
+        w[row, k + 2] = s2
+        w[row, k + 3] = s3
+        w[row, k + 4] = s4
+        w[row, k + 5] = s5
+        w[row, k + 6] = s6
+        w[row, k + 7] = s7
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def round_off(noise: Array, p: int, xs: Array, now: int, size: float) -> float:
+    """Bound of the round-off in y within a step."""
+    total = size
+    for j in range(noise.shape[1]):
+        total += noise[p, j] * abs(xs[now, j])
+    return 8.0 * EPSILON * total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def event(w: Array, low: float, high: float, direction: int, tolerance: float) -> tuple[float, int]:
+    """First event of a step: its place in [0, 1] (or `NEVER`) and kind.
+
+    Parameters
+    ----------
+    w
+        y over the step in rows Y and Y_POWER.
+    low, high, direction
+        The window of the mode.
+    """
+    least, most = extent(w)
+    at, kind = NEVER, NONE
+    if most > high + tolerance:
+        at = first_beyond(w, 1, high, tolerance)
+        kind = HIGH
+    if least < low - tolerance:
+        place = first_beyond(w, -1, low, tolerance)
+        if place < at:
+            at, kind = place, LOW
+    if direction != 0 and not monotone(w, direction, 2.0 * tolerance):
+        place = first_turn(w, direction, 0.0, 2.0 * tolerance)
+        if place < at:
+            at, kind = place, REVERSAL
+    return at, (kind if at <= 1.0 else NONE)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def clear(w: Array, low: float, high: float, direction: int) -> bool:
+    """Whether the hull of y alone proves that a step has no event."""
+    least, most = extent(w)
+    return least >= low and most <= high and (direction == 0 or monotone(w, direction, 0.0))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
+    """M(s), (1, size), from its power coefficients (m, w, size)."""
+    s2 = s * s
+    s3 = s2 * s
+    s4 = s2 * s2
+    for k in range(M.shape[1]):
+        M[0, k] = (table[p, 12, k] + s * table[p, 13, k]) + (
+            s2 * table[p, 14, k] + s3 * table[p, 15, k]
+        )
+    for j in range(8, -1, -4):
+        for k in range(M.shape[1]):
+            M[0, k] = M[0, k] * s4 + (
+                (table[p, j, k] + s * table[p, j + 1, k])
+                + (s2 * table[p, j + 2, k] + s3 * table[p, j + 3, k])
+            )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def apply(M: Array, p: int, xs: Array, now: int) -> None:
+    """The other row of `xs` ← M (x, u), for M (m, n (n+1)) flattened by rows."""
+    m = xs.shape[1]
+    n = m - 1
+    i = 0
+    while i + 2 < n:  # three rows at a time hide the latency of the sums
+        r0, r1, r2 = i * m, (i + 1) * m, (i + 2) * m
+        s0 = s1 = s2 = 0.0
+        for j in range(m):
+            v = xs[now, j]
+            s0 += M[p, r0 + j] * v
+            s1 += M[p, r1 + j] * v
+            s2 += M[p, r2 + j] * v
+        xs[1 - now, i] = s0
+        xs[1 - now, i + 1] = s1
+        xs[1 - now, i + 2] = s2
+        i += 3
+    while i < n:
+        s0 = 0.0
+        for j in range(m):
+            s0 += M[p, i * m + j] * xs[now, j]
+        xs[1 - now, i] = s0
+        i += 1
