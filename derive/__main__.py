@@ -1,15 +1,50 @@
-"""Command line: ``python -m derive [--check]``."""
+"""Command line: ``python -m derive [--check] [--root FOLDER]``."""
 
+from __future__ import annotations
+
+import argparse
+import difflib
+import sys
 from pathlib import Path
 
-from derive.configuration import TYPICAL_SECTION
-from derive.describing_module import describing_module
-from derive.equations import quasi_steady, second_order
-from derive.modules import houbolt_module, quasi_steady_module, section_module
+from derive.build import ROOT, build
 
-equations = second_order(TYPICAL_SECTION)
-Path("generated/section.py").write_text(section_module(TYPICAL_SECTION, equations))
-quasi = quasi_steady(equations)
-Path("generated/quasi_steady.py").write_text(quasi_steady_module(TYPICAL_SECTION, quasi))
-Path("generated/describing.py").write_text(describing_module())
-Path("generated/houbolt.py").write_text(houbolt_module())
+
+def differences(texts: dict[str, str], root: Path) -> str:
+    """Unified diff from what is in ``root`` to what the derivation gives."""
+    parts: list[str] = []
+    for name, text in texts.items():
+        path = root / name
+        committed = path.read_text(encoding="utf-8") if path.exists() else ""
+        old, new = committed.splitlines(keepends=True), text.splitlines(keepends=True)
+        parts += difflib.unified_diff(old, new, f"committed/{name}", f"derived/{name}")
+    return "".join(parts)
+
+
+def write(texts: dict[str, str], root: Path) -> None:
+    """Write every file, in one encoding and with one kind of line end everywhere."""
+    for name, text in texts.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Derive, and write or compare; the exit code is 1 where a comparison fails."""
+    parser = argparse.ArgumentParser(prog="python -m derive", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="compare instead of writing")
+    parser.add_argument(
+        "--root", type=Path, default=ROOT, help="folder to write to or compare with"
+    )
+    options = parser.parse_args(arguments)
+    texts = build()
+    if not options.check:
+        write(texts, options.root)
+        return 0
+    changes = differences(texts, options.root)
+    sys.stdout.write(changes)
+    return 1 if changes else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -157,5 +157,6 @@ def environment() -> Environment:
 
 
 def render(template: str, **context: object) -> str:
-    """Render a template of ``derive/templates``."""
-    return environment().get_template(template).render(**context)
+    """Render a template of ``derive/templates``, with one line end at its own end."""
+    text = environment().get_template(template).render(**context)
+    return text.strip("\n") + "\n"

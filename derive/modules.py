@@ -74,15 +74,9 @@ def section_module(configuration: Configuration, equations: SecondOrder) -> str:
     def arguments(*matrices: sp.Matrix) -> list[str]:
         return _arguments(configuration, *matrices)
 
-    loads = []
-    for load in configuration.loads:
-        air, wake = load_row(equations, load)
-        names = ["p", *arguments(air, wake), "a", "b"]
-        loads.append({**vars(load), "air": air, "wake": wake, "args": names})
     return render(
         "section.py.j2",
         **_common(configuration, equations),
-        loads=loads,
         air_stiffness=any(entry != 0 for entry in equations.K0),
         args=SimpleNamespace(
             structural_mass=arguments(equations.structural_mass),
@@ -93,6 +87,19 @@ def section_module(configuration: Configuration, equations: SecondOrder) -> str:
             circulatory=arguments(equations.g, equations.w_q, equations.w_v),
         ),
     )
+
+
+def loads_module(configuration: Configuration, equations: SecondOrder) -> str:
+    """Source of ``generated/loads.py``."""
+    loads = []
+    for load in configuration.loads:
+        air, wake = load_row(equations, load)
+        names = ["p", *_arguments(configuration, air, wake), "a", "b"]
+        loads.append({**vars(load), "air": air, "wake": wake, "args": names})
+    taken = {name for load in loads for name in load["args"]}
+    context = _common(configuration, equations)
+    docs = {str(key): text for key, text in configuration.parameters.items() if str(key) in taken}
+    return render("loads.py.j2", **{**context, "parameter_docs": docs}, loads=loads)
 
 
 def quasi_steady_module(configuration: Configuration, equations: SecondOrder) -> str:

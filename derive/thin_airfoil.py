@@ -132,5 +132,11 @@ def generalised_forces(shapes: tuple[Shape, ...], known: Pairings) -> ThinAirfoi
     whole = list(shapes)
     damping = pairs(slopes, whole) - pairs(whole, slopes) + wake * w_v
     stiffness = -pairs(slopes, slopes) + wake * w_q
-    matrices = (pairs(whole, whole), damping, stiffness, lag)
-    return ThinAirfoilForces(*(value.applyfunc(sp.expand) for value in matrices), w_q, w_v)
+    return ThinAirfoilForces(
+        mass=pairs(whole, whole).applyfunc(sp.expand),
+        damping=damping.applyfunc(sp.expand),
+        stiffness=stiffness.applyfunc(sp.expand),
+        lag=lag.applyfunc(sp.expand),
+        w_q=w_q,
+        w_v=w_v,
+    )

@@ -8,7 +8,16 @@ Lift follows pitch at once, C_L = 2 pi alpha and C_M = (1/2 + a_h) C_L/2. With q
 Rows are the heave equation, the pitch equation. F is the moment of the nonlinear spring
 over its own stiffness, and e is nonzero in its row only. The state is
 x = (xi, alpha, xi', alpha'). Equation numbers are those of the thesis;
-docs/derivation.md derives them.
+docs/derivation.md derives them. The parameters are
+
+    mu           Mass ratio m / (pi rho b^2).
+    a_h          Elastic axis behind midchord, in semichords.
+    x_alpha      Centre of mass behind the elastic axis, in semichords.
+    r_alpha      Radius of gyration about the elastic axis, in semichords.
+    omega_bar    Uncoupled heave frequency over uncoupled pitch frequency.
+    zeta_alpha   Damping ratio in pitch.
+    zeta_xi      Damping ratio in heave.
+
 """
 
 from __future__ import annotations
@@ -29,10 +38,8 @@ def mass_matrix(x_alpha: float, r_alpha: float) -> Array:
 
     Parameters
     ----------
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    x_alpha, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -54,10 +61,8 @@ def mass_inverse(x_alpha: float, r_alpha: float) -> Array:
 
     Parameters
     ----------
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    x_alpha, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -86,12 +91,8 @@ def damping_terms(omega_bar: float, zeta_alpha: float, zeta_xi: float) -> Array:
 
     Parameters
     ----------
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
+    omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -111,14 +112,8 @@ def stiffness_terms(mu: float, a_h: float, r_alpha: float, omega_bar: float) -> 
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
+    mu, a_h, r_alpha, omega_bar : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -150,20 +145,8 @@ def state_terms(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -211,20 +194,8 @@ def impedance(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
@@ -267,20 +238,8 @@ def characteristic_coefficients(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
@@ -323,16 +282,8 @@ def discriminant_coefficients(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
+    mu, a_h, x_alpha, r_alpha, omega_bar : float
+        Parameters of the section, listed at the head of this module.
     stiffness : array_like
         Pitch stiffness N, real or complex; an array broadcasts.
 
@@ -367,14 +318,8 @@ def flutter_speed(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
+    mu, x_alpha, r_alpha, omega_bar : float
+        Parameters of the section, listed at the head of this module.
     stiffness : array_like
         Pitch stiffness N, real or complex; an array broadcasts.
 

@@ -9,7 +9,16 @@ Nondimensional time is tau = V t / b and a prime is d/dtau. With q = (xi, alpha)
 Rows are the heave equation, the pitch equation. F is the moment of the nonlinear spring
 over its own stiffness, and e is nonzero in its row only. The state is
 x = (xi, alpha, xi', alpha', z_1, ..., z_n).
-Equation numbers are those of the thesis; docs/derivation.md derives them.
+Equation numbers are those of the thesis; docs/derivation.md derives them. The parameters are
+
+    mu           Mass ratio m / (pi rho b^2).
+    a_h          Elastic axis behind midchord, in semichords.
+    x_alpha      Centre of mass behind the elastic axis, in semichords.
+    r_alpha      Radius of gyration about the elastic axis, in semichords.
+    omega_bar    Uncoupled heave frequency over uncoupled pitch frequency.
+    zeta_alpha   Damping ratio in pitch.
+    zeta_xi      Damping ratio in heave.
+
 """
 
 from __future__ import annotations
@@ -30,10 +39,8 @@ def structural_mass(x_alpha: float, r_alpha: float) -> Array:
 
     Parameters
     ----------
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    x_alpha, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -55,12 +62,8 @@ def apparent_mass(mu: float, a_h: float, r_alpha: float) -> Array:
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    mu, a_h, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -82,14 +85,8 @@ def mass_matrix(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array:
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    mu, a_h, x_alpha, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -109,14 +106,8 @@ def mass_inverse(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    mu, a_h, x_alpha, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -153,20 +144,8 @@ def damping_terms(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -192,7 +171,7 @@ def stiffness_terms(omega_bar: float) -> Array:
     Parameters
     ----------
     omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -211,12 +190,8 @@ def circulatory(mu: float, a_h: float, r_alpha: float) -> tuple[Array, Array, Ar
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
+    mu, a_h, r_alpha : float
+        Parameters of the section, listed at the head of this module.
 
     Returns
     -------
@@ -255,24 +230,10 @@ def state_terms(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
+    a, b : array_like, shape (n,)
+        Indicial function 1 - sum a_i exp(-b_i tau).
 
     Returns
     -------
@@ -315,151 +276,6 @@ def state_terms(
     return A0, A1, A2, b2, c
 
 
-def wagner(tau: ArrayLike, a: ArrayLike, b: ArrayLike) -> Array:
-    """Indicial function phi(tau) = 1 - sum a_i exp(-b_i tau) (equation 3.20).
-
-    Parameters
-    ----------
-    tau : array_like
-        Nondimensional time V t / b; an array broadcasts.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
-
-    Returns
-    -------
-    ndarray, shape of tau
-        Circulatory lift after a step of downwash, over its final value.
-    """
-    # inputs: tau, a, b
-    tau = np.asarray(tau, dtype=float)[..., None]
-    a, b = np.asarray(a, dtype=float).ravel(), np.asarray(b, dtype=float).ravel()
-
-    # outputs: equation 3.20
-    return np.asarray(1.0 - (a * np.exp(-b * tau)).sum(axis=-1))
-
-
-def lift_deficiency(p: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.complex128]:
-    """Phi(p) = p L{phi} = 1 - sum a_i p/(p + b_i), one at p = 0.
-
-    Parameters
-    ----------
-    p : array_like
-        Laplace variable on nondimensional time; an array broadcasts.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
-
-    Returns
-    -------
-    ndarray of complex, shape of p
-        What multiplies the downwash in the Laplace domain.
-    """
-    # inputs: p, a, b
-    p = np.asarray(p, dtype=complex)[..., None]
-    a, b = np.asarray(a, dtype=float).ravel(), np.asarray(b, dtype=float).ravel()
-
-    # outputs: equation 3.20 transformed
-    return np.asarray(1.0 - (a * p / (p + b)).sum(axis=-1))
-
-
-def wagner_laplace(p: ArrayLike, a: ArrayLike, b: ArrayLike) -> NDArray[np.complex128]:
-    """Laplace transform of the indicial function, 1/p - sum a_i/(p + b_i).
-
-    Parameters
-    ----------
-    p : array_like
-        Laplace variable on nondimensional time; an array broadcasts.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
-
-    Returns
-    -------
-    ndarray of complex, shape of p
-        L{phi}, the function with a bar in equations 3.21-3.22.
-    """
-    # inputs: p, a, b
-    p = np.asarray(p, dtype=complex)[..., None]
-    a, b = np.asarray(a, dtype=float).ravel(), np.asarray(b, dtype=float).ravel()
-
-    # outputs: equation 3.20 transformed
-    return np.asarray(1.0 / p[..., 0] - (a / (p + b)).sum(axis=-1))
-
-
-def lift_coefficient(
-    p: ArrayLike, a_h: float, a: ArrayLike, b: ArrayLike
-) -> NDArray[np.complex128]:
-    """Row of the lift coefficient over q (equation 3.21).
-
-    Parameters
-    ----------
-    p : array_like
-        Laplace variable on nondimensional time; an array broadcasts.
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
-
-    Returns
-    -------
-    ndarray of complex, shape (..., 2)
-        C_L = row @ q in the Laplace domain, from zero initial conditions.
-    """
-    # inputs: p, a_h, a, b
-    p = np.asarray(p, dtype=complex)
-    phi = lift_deficiency(p, a, b)
-
-    # outputs: equation 3.21
-    air = np.zeros((*p.shape, 2), dtype=complex)
-    air[..., 0] = np.pi * p**2
-    air[..., 1] = np.pi * p * (1.0 - a_h * p)
-    wake = np.zeros((*p.shape, 2), dtype=complex)
-    wake[..., 0] = 2.0 * np.pi * p
-    wake[..., 1] = np.pi * (p * (1.0 - 2.0 * a_h) + 2.0)
-    return air + phi[..., None] * wake
-
-
-def moment_coefficient(
-    p: ArrayLike, a_h: float, a: ArrayLike, b: ArrayLike
-) -> NDArray[np.complex128]:
-    """Row of the moment coefficient about the elastic axis over q (equation 3.22).
-
-    Parameters
-    ----------
-    p : array_like
-        Laplace variable on nondimensional time; an array broadcasts.
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
-
-    Returns
-    -------
-    ndarray of complex, shape (..., 2)
-        C_M = row @ q in the Laplace domain, from zero initial conditions.
-    """
-    # inputs: p, a_h, a, b
-    p = np.asarray(p, dtype=complex)
-    phi = lift_deficiency(p, a, b)
-
-    # outputs: equation 3.22
-    air = np.zeros((*p.shape, 2), dtype=complex)
-    air[..., 0] = 0.5 * np.pi * a_h * p**2
-    air[..., 1] = np.pi * p * (0.5 * a_h + p * (-0.5 * a_h**2 - 0.0625) - 0.25)
-    wake = np.zeros((*p.shape, 2), dtype=complex)
-    wake[..., 0] = np.pi * p * (a_h + 0.5)
-    wake[..., 1] = np.pi * (a_h + p * (0.25 - a_h**2) + 0.5)
-    return air + phi[..., None] * wake
-
-
 def impedance(
     mu: float,
     a_h: float,
@@ -478,24 +294,10 @@ def impedance(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
+    a, b : array_like, shape (n,)
+        Indicial function 1 - sum a_i exp(-b_i tau).
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
@@ -512,7 +314,7 @@ def impedance(
     C0, C1 = damping_terms(mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi)
     g, w_q, w_v = circulatory(mu, a_h, r_alpha)
     U, N, s = np.broadcast_arrays(speed, stiffness, np.asarray(p, dtype=complex))
-    phi = lift_deficiency(s, a, b)[..., None, None]
+    phi = _deficiency(s, a, b)[..., None, None]
     U, N, s = U[..., None, None], N[..., None, None], s[..., None, None]
 
     # intermediate terms: spring, downwash
@@ -545,24 +347,10 @@ def characteristic_coefficients(
 
     Parameters
     ----------
-    mu : float
-        Mass ratio m / (pi rho b^2).
-    a_h : float
-        Elastic axis behind midchord, in semichords.
-    x_alpha : float
-        Centre of mass behind the elastic axis, in semichords.
-    r_alpha : float
-        Radius of gyration about the elastic axis, in semichords.
-    omega_bar : float
-        Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha : float
-        Damping ratio in pitch.
-    zeta_xi : float
-        Damping ratio in heave.
-    a : array_like
-        Coefficients a_i of the indicial function 1 - sum a_i exp(-b_i tau), shape (n,).
-    b : array_like
-        Rates b_i of the indicial function, shape (n,).
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+        Parameters of the section, listed at the head of this module.
+    a, b : array_like, shape (n,)
+        Indicial function 1 - sum a_i exp(-b_i tau).
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
@@ -617,6 +405,12 @@ def characteristic_coefficients(
     total = _product(denominator, without)
     total[1:] += _product(numerator, circulation)
     return total
+
+
+def _deficiency(p: NDArray[np.complex128], a: ArrayLike, b: ArrayLike) -> NDArray[np.complex128]:
+    """Phi(p) = p L{phi}, see loads.lift_deficiency."""
+    lags = np.asarray(a, dtype=float) * p[..., None] / (p[..., None] + np.asarray(b, dtype=float))
+    return np.asarray(1.0 - lags.sum(axis=-1))
 
 
 def _product(factor: Array, coefficients: tuple[Any, ...]) -> NDArray[Any]:

@@ -1,0 +1,52 @@
+"""Everything the derivation writes, as text by path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from derive.configuration import TYPICAL_SECTION
+from derive.describing_module import describing_module
+from derive.emit import render
+from derive.equations import quasi_steady, second_order
+from derive.modules import houbolt_module, loads_module, quasi_steady_module, section_module
+from derive.proofs import emitted, houbolt, section, springs
+from derive.report import report
+
+ROOT = Path(__file__).resolve().parents[1]
+PROOFS = {
+    "section": section.PROOFS,
+    "springs": springs.PROOFS,
+    "houbolt": houbolt.PROOFS,
+}
+
+
+def build() -> dict[str, str]:
+    """Prove every step, then render generated modules and report; paths are from the root.
+
+    Raises
+    ------
+    derive.proofs.same.ProofError
+        If a step, or what was emitted for it, does not hold.
+    """
+    for proofs in PROOFS.values():
+        for proof in proofs:
+            proof.run()
+    equations = second_order(TYPICAL_SECTION)
+    quasi = quasi_steady(equations)
+    modules = {
+        "section": section_module(TYPICAL_SECTION, equations),
+        "loads": loads_module(TYPICAL_SECTION, equations),
+        "quasi_steady": quasi_steady_module(TYPICAL_SECTION, quasi),
+        "describing": describing_module(),
+        "houbolt": houbolt_module(),
+    }
+    emitted.check_section(modules["section"], TYPICAL_SECTION, equations)
+    emitted.check_loads(modules["loads"], TYPICAL_SECTION, equations)
+    emitted.check_quasi_steady(modules["quasi_steady"])
+    emitted.check_describing(modules["describing"])
+    emitted.check_houbolt(modules["houbolt"])
+    return {
+        "generated/__init__.py": render("init.py.j2"),
+        **{f"generated/{name}.py": text for name, text in modules.items()},
+        "docs/derivation.md": report(equations, quasi, PROOFS),
+    }
