@@ -92,17 +92,26 @@ def _section(given: Any) -> tuple[TypicalSection | None, dict[str, Any], list[st
 
 
 def _dimensional(given: dict[str, Any]) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
-    own = schema.DimensionalSection.model_fields
-    twice = [name for name in schema.Section.model_fields if name in given and name not in own]
-    rest = {name: value for name, value in given.items() if name not in ("si", *twice)}
+    own = schema.DimensionalSection.model_fields  # keys that may stand in either of the tables
+    si = given["si"] if isinstance(given["si"], dict) else {}
+    follow = [name for name in schema.Section.model_fields if name in given and name not in own]
+    rest = {name: value for name, value in given.items() if name not in ("si", *follow)}
     outer = check_table("section", schema.DimensionalSection, rest)
-    outer.problems += [f"section.{n}: follows from [section.si]; remove one" for n in twice]
+    outer.problems += [f"section.{n}: follows from [section.si]; remove one" for n in follow]
+    outer.problems += [
+        f"section.{n}: is given in [section.si] too; remove one"
+        for n in own
+        if n in rest and n in si
+    ]
     inner = check_table("section.si", schema.Dimensional, given["si"])
     stand_ins = dict.fromkeys(schema.Dimensional.model_fields, 1.0)
-    keys = {name: f"section.si.{name}" for name in stand_ins} | {n: f"section.{n}" for n in own}
-    arguments = inner.values | _only(stand_ins, inner.wrong) | outer.values
+    keys = {name: f"section.si.{name}" for name in stand_ins}
+    keys |= {name: f"section.{name}" for name in own if name not in si}
+    arguments = outer.values | inner.values | _only(stand_ins, inner.wrong)
     section = inner.build(TypicalSection.from_si, arguments, keys)
-    return section, outer.values | {"si": inner.values}, outer.problems + inner.problems
+    values = outer.values | _only(inner.values, own)
+    values["si"] = {name: value for name, value in inner.values.items() if name not in own}
+    return section, values, outer.problems + inner.problems
 
 
 def _aerodynamics(given: Any) -> tuple[Aerodynamics | None, CheckedTable]:

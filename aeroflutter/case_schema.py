@@ -58,6 +58,9 @@ class Dimensional(Table):
     omega_h: Number | None = key(POSITIVE, "or: uncoupled heave frequency, rad/s", None, "40.0")
     K_alpha: Number | None = key(POSITIVE, "pitch stiffness, N/rad", None, "939.5")
     omega_alpha: Number | None = key(POSITIVE, "or: uncoupled pitch frequency, rad/s", None, "50.0")
+    a_h: Number | None = key(NUMBER, "as in [section]", None)
+    zeta_alpha: Number | None = key(NOT_NEGATIVE, "as in [section]", None)
+    zeta_xi: Number | None = key(NOT_NEGATIVE, "as in [section]", None)
 
 
 _AXIS = key(NUMBER, "elastic axis behind mid-chord, in semi-chords", -0.5)
@@ -72,7 +75,9 @@ class Section(Table):
     a_h: Number = _AXIS
     x_alpha: Number = key(NUMBER, "centre of mass behind the elastic axis, in semi-chords", 0.25)
     r_alpha: Number = key(
-        "a number larger than |x_alpha|", "radius of gyration about the elastic axis, in semi-chords", 0.5
+        "a number larger than |x_alpha|",
+        "radius of gyration about the elastic axis, in semi-chords",
+        0.5,
     )
     omega_bar: Number = key(
         POSITIVE, "ratio of the uncoupled heave and pitch frequencies", example="0.8"

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from pydantic_core import PydanticUndefined
 
 from aeroflutter import case_schema as schema
 
 _WIDTH = 31
-_TAGS = {"aerodynamics": "model", "spring": "kind"}
+_TAGS = ("model", "kind")
 
 
 def template(kind: str = "hysteresis", *, dimensional: bool = False) -> str:
@@ -55,7 +55,7 @@ def _section(dimensional: bool) -> Iterator[str]:
     yield "# of the keys that begin with 'or' and the one before them give one."
     mark = "" if dimensional else "# "
     yield f"{mark}[section.si]"
-    for line in _keys(schema.Dimensional):
+    for line in _keys(schema.Dimensional, leave=shared):
         yield f"# {line}" if "# or: " in line or not dimensional else line
 
 
@@ -67,12 +67,12 @@ def _springs(kind: str) -> Iterator[str]:
             yield from (f"# {line}" for line in _keys(model, f'kind = "{other}"'))
 
 
-def _keys(model: type[schema.Table], tag: str = "") -> Iterator[str]:
+def _keys(model: type[schema.Table], tag: str = "", leave: Collection[str] = ()) -> Iterator[str]:
     if tag:
         meaning = (model.__doc__ or "").strip().rstrip(".")
         yield f"{tag:<{_WIDTH}}# {meaning[0].lower()}{meaning[1:]}"
     for name, field in model.model_fields.items():
-        if name in _TAGS.values():
+        if name in _TAGS or name in leave:
             continue
         about = schema.metadata(model, name)
         default = field.default

@@ -93,6 +93,16 @@ def test_si_section_is_converted() -> None:
     assert section.scale.velocity(1.0) == pytest.approx(30.48)
 
 
+def test_axis_and_damping_may_stand_beside_or_in_the_si_table() -> None:
+    tables = load_case("naca496", {"section.zeta_xi": 0.01}).tables
+    outside = load_case(tables)
+    for name in ("a_h", "zeta_alpha", "zeta_xi"):
+        tables["section"]["si"][name] = tables["section"].pop(name)
+    assert load_case(tables).section == outside.section
+    assert load_case(tables).text == outside.text
+    assert (outside.section.a_h, outside.section.zeta_xi) == (-0.4, 0.01)
+
+
 # What the keys mean
 
 SPRINGS = {
@@ -292,6 +302,10 @@ BAD = {
     # SI
     f"{SECTION}[section.si]\nm = 1\nb = 1\nrho = 1\nx_cg = 0\nr = 0.5\nomega_h = 1\n"
     "omega_alpha = 1": ["section.omega_bar", "follows from [section.si]"],
+    "[section]\na_h = 0\n[section.si]\nm = 1\nb = 1\nrho = 1\nx_cg = 0\nr = 0.5\nomega_h = 1\n"
+    "omega_alpha = 1\na_h = 0": ["section.a_h", "[section.si] too"],
+    "[section.si]\nm = 1\nb = 1\nrho = 1\nx_cg = 0\nr = 0.5\nomega_h = 1\nomega_alpha = 1\n"
+    "zeta_xi = -1": ["section.si.zeta_xi", "negative"],
     "[section.si]\nm = 1\nb = 1\nrho = 1\nx_cg = 1\nr = 0.5\nomega_h = 1\nomega_alpha = 1": [
         "section.si",
         "r_alpha",
