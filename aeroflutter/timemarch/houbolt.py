@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from aeroflutter.generated.houbolt import VELOCITY, start_values
 
 from aeroflutter.errors import InputError
+from aeroflutter.generated.houbolt import VELOCITY, start_values
 from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
 from aeroflutter.timemarch._kernel_houbolt import march as march_kernel

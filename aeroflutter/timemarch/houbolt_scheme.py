@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from aeroflutter.generated.houbolt import ACCELERATION, DUHAMEL, VELOCITY
 
 from aeroflutter.errors import ConvergenceError
+from aeroflutter.generated.houbolt import ACCELERATION, DUHAMEL, VELOCITY
 from aeroflutter.timemarch._kernel_houbolt import Recurrence
 from aeroflutter.timemarch.second_order import SecondOrder
 
