@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from aeroflutter.describing.result import DescribingCurve
 from aeroflutter.rootlocus import RootLocus
 
 if TYPE_CHECKING:
@@ -82,6 +83,32 @@ def _(result: RootLocus, *, case: Case | None = None) -> xr.Dataset:
         },
         attributes,
         case,
+    )
+
+
+@to_dataset.register(DescribingCurve)
+def _(result: DescribingCurve, *, case: Case | None = None) -> xr.Dataset:
+    variables: dict[str, Any] = {
+        "amplitude_deg": np.degrees(result.amplitude),
+        "bias_deg": np.degrees(result.bias),
+    }
+    names = ("speed", "speed_ratio", "k", "n_p", "n_q", "distortion", "family")
+    variables |= {name: getattr(result, name) for name in names}
+    variables |= {
+        name: getattr(result, name).astype(np.int8) for name in ("stable", "in_thesis_range")
+    }
+    attributes: dict[str, Any] = {"notes": "; ".join(result.notes)}
+    if result.flutter_speed is not None:
+        attributes["flutter_speed"] = result.flutter_speed
+    if result.onset is not None:
+        attributes |= {
+            "onset_speed": result.onset.speed,
+            "onset_speed_ratio": result.onset.speed_ratio,
+            "onset_amplitude_deg": float(np.degrees(result.onset.amplitude)),
+            "onset_kind": result.onset.kind,
+        }
+    return labelled(
+        {name: ("point", values) for name, values in variables.items()}, {}, attributes, case
     )
 
 

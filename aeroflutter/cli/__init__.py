@@ -25,6 +25,8 @@ COMMANDS = {
     "init": "Write a commented case file to start from.",
     "validate": "Check a case file and say what it describes.",
     "rootlocus": "Linear flutter and divergence: roots against airspeed.",
+    "df": "Limit cycles by describing functions: amplitude against airspeed.",
+    "spring": "The spring's path under a prescribed motion, and its describing function.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
 }
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""

@@ -1,6 +1,7 @@
 """Describing-function analysis: amplitude curves of limit cycles against airspeed."""
 
 from aeroflutter.describing.curve import describing_at, describing_curve
+from aeroflutter.describing.fixed import describing_intersections
 from aeroflutter.describing.options import DescribingOptions
 from aeroflutter.describing.result import CycleFamily, DescribingCurve, Onset
 
@@ -11,4 +12,5 @@ __all__ = [
     "Onset",
     "describing_at",
     "describing_curve",
+    "describing_intersections",
 ]

@@ -1,0 +1,204 @@
+"""`aeroflutter df`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from aeroflutter.case import Case
+    from aeroflutter.describing import CycleFamily, DescribingCurve, Onset
+
+
+def df(
+    case: CaseName,
+    *,
+    amplitudes_deg: Annotated[
+        str | None,
+        Parameter(help="Cycles of exactly these amplitudes, as A:B:N or a,b,c, every family."),
+    ] = None,
+    amplitude_range_deg: Annotated[
+        str | None, Parameter(help="Lowest and highest amplitude searched, as low,high.")
+    ] = None,
+    speed_ratio_range: Annotated[
+        str, Parameter(help="Lowest and highest speed ratio searched, as low,high.")
+    ] = "0.05,3",
+    points: Annotated[int, Parameter(help="Points on every family.")] = 200,
+    options: CaseOptions = CaseOptions(),
+    output: Output = Output(),
+) -> None:
+    """Amplitude of limit cycles against airspeed by describing functions.
+
+    Every family of cycles in the range is followed over all amplitudes, with its bias where the
+    spring has one. By default amplitudes run from where the spring becomes nonlinear to a hundred
+    times its size.
+    """
+    from aeroflutter.describing import DescribingOptions, describing_at, describing_curve
+
+    output.check()
+    loaded = options.load(case)
+    settings = DescribingOptions(
+        amplitude_range=_amplitude_range(amplitude_range_deg),
+        speed_ratio_range=_pair("--speed-ratio-range", speed_ratio_range),
+        points=points,
+    )
+    if amplitudes_deg is None:
+        result = describing_curve(loaded.family(), loaded.spring, settings)
+    else:
+        wanted = numbers("--amplitudes-deg", amplitudes_deg)
+        if (wanted <= 0).any():
+            raise InputError("--amplitudes-deg: every amplitude must be positive")
+        result = describing_at(loaded.family(), loaded.spring, wanted * math.pi / 180, settings)
+    output.deliver(
+        _payload(loaded, result),
+        text=lambda: _print(loaded, result, every=amplitudes_deg is not None),
+        dataset=lambda: _dataset(loaded, result),
+        figure=lambda: _figure(loaded, result),
+    )
+
+
+def _pair(option: str, text: str) -> tuple[float, float]:
+    values = numbers(option, text)
+    if values.size != 2 or not 0 < values[0] < values[1]:
+        raise InputError(f'{option}: "{text}" must be low,high with 0 < low < high')
+    return float(values[0]), float(values[1])
+
+
+def _amplitude_range(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    low, high = _pair("--amplitude-range-deg", text)
+    return math.radians(low), math.radians(high)
+
+
+def _payload(case: Case, result: DescribingCurve) -> dict[str, Any]:
+    return {
+        "title": case.title,
+        "flutter_speed": result.flutter_speed,
+        "branch": [_point(case, result, i) for i in range(result.amplitude.size)],
+        "onset": _onset(result.onset),
+        "stable_onset": _onset(result.stable_onset),
+        "families": [_family(one) for one in result.families],
+        "amplitude_range_deg": [math.degrees(value) for value in result.amplitude_range],
+        "speed_range": result.speed_range,
+        "notes": result.notes,
+    }
+
+
+def _point(case: Case, result: DescribingCurve, i: int) -> dict[str, Any]:
+    point = {
+        "amplitude_deg": math.degrees(result.amplitude[i]),
+        "bias_deg": math.degrees(result.bias[i]),
+        "speed": result.speed[i],
+        "speed_ratio": result.speed_ratio[i],
+        "k": result.k[i],
+        "n_p": result.n_p[i],
+        "n_q": result.n_q[i],
+        "stable": bool(result.stable[i]),
+        "family": int(result.family[i]),
+        "distortion": result.distortion[i],
+        "in_thesis_range": bool(result.in_thesis_range[i]),
+        "rules_agree": bool(result.rules_agree[i]),
+    }
+    scale = case.section.scale
+    if scale is not None:
+        point["velocity_m_s"] = scale.velocity(result.speed[i])
+        point["frequency_hz"] = scale.frequency_hz(result.k[i], result.speed[i])
+    return point
+
+
+def _onset(onset: Onset | None) -> dict[str, Any] | None:
+    if onset is None:
+        return None
+    return {
+        "speed": onset.speed,
+        "speed_ratio": onset.speed_ratio,
+        "amplitude_deg": math.degrees(onset.amplitude),
+        "bias_deg": math.degrees(onset.bias),
+        "k": onset.k,
+        "kind": onset.kind,
+        "stable": onset.stable,
+        "stable_below": onset.beside[0],
+        "stable_above": onset.beside[1],
+        "family": onset.family,
+    }
+
+
+def _family(one: CycleFamily) -> dict[str, Any]:
+    return {
+        "family": one.number,
+        "biased": one.biased,
+        "mirror_of": one.mirror_of,
+        "ends": one.ends,
+        "closed": one.closed,
+        "onset": _onset(one.onset),
+        "stable_onset": _onset(one.stable_onset),
+        "folds": [_onset(fold) for fold in one.folds],
+    }
+
+
+def _print(case: Case, result: DescribingCurve, *, every: bool) -> None:
+    print(case.title)
+    facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
+    for name, onset in (("onset", result.onset), ("stable onset", result.stable_onset)):
+        facts[name] = None if onset is None else _sentence(onset)
+    show_facts(facts)
+    for note in result.notes:
+        print(f"note: {note}")
+    if result.amplitude.size:
+        show_table(
+            ("family", "amplitude (deg)", "bias (deg)", "U*/U*_L", "k", "stable", "distortion"),
+            [
+                (
+                    str(point["family"]),
+                    point["amplitude_deg"],
+                    point["bias_deg"],
+                    float(point["speed_ratio"]),
+                    float(point["k"]),
+                    point["stable"],
+                    f"{100 * point['distortion']:.2g} %",
+                )
+                for point in (_point(case, result, i) for i in _chosen(result, every))
+            ],
+        )
+        if not every:
+            print("a selection of the points; --json and --out give them all")
+
+
+def _sentence(onset: Onset) -> str:
+    kind = f"{onset.kind}, {'stable' if onset.stable else 'unstable'} cycles beside it"
+    ratio = f"U*/U*_L = {onset.speed_ratio:.6f}" if math.isfinite(onset.speed_ratio) else ""
+    where = ratio or f"U* = {onset.speed:.6f}"
+    return f"{where} at {math.degrees(onset.amplitude):.4g} deg ({kind})"
+
+
+def _chosen(result: DescribingCurve, every: bool, count: int = 12) -> list[int]:
+    """Indices to print: all, or a few of every family."""
+    if every:
+        return list(range(result.amplitude.size))
+    chosen: list[int] = []
+    for one in result.families:
+        mine = [i for i in range(result.family.size) if result.family[i] == one.number]
+        step = max(1, (len(mine) - 1) // (count - 1))
+        chosen += mine[::step]
+    return chosen
+
+
+def _dataset(case: Case, result: DescribingCurve) -> xr.Dataset:
+    from aeroflutter.dataset import to_dataset
+
+    return to_dataset(result, case=case)
+
+
+def _figure(case: Case, result: DescribingCurve) -> Figure:
+    from aeroflutter.plots.describing import plot_describing
+
+    return plot_describing(result, case.title)

@@ -1,0 +1,150 @@
+"""`aeroflutter spring`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_table
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from aeroflutter.springs import Describing
+
+SAMPLES = 400  # on every stretch between two turning points
+
+
+def spring(
+    case: CaseName,
+    *,
+    path_deg: Annotated[
+        str | None,
+        Parameter(
+            help="Turning points of a prescribed pitch motion in degrees, as a,b,c; by default one "
+            "and a half large cycles."
+        ),
+    ] = None,
+    amplitudes_deg: Annotated[
+        str | None,
+        Parameter(help="Amplitudes of the describing function, as A:B:N or a,b,c."),
+    ] = None,
+    bias_deg: Annotated[float, Parameter(help="Bias of the describing function, degrees.")] = 0.0,
+    options: CaseOptions = CaseOptions(),
+    output: Output = Output(),
+) -> None:
+    """The restoring moment along a prescribed pitch motion, and the describing function.
+
+    Between two turning points pitch moves monotonically; a spring with memory starts on the
+    branch that the thesis prescribes.
+    """
+    import numpy as np
+
+    from aeroflutter.springs import respond
+
+    output.check()
+    loaded = options.load(case)
+    law = loaded.spring
+    turns = _turns(path_deg, law.scale)
+    pitch = _through(turns)
+    moment, memory = respond(law, pitch)
+    if amplitudes_deg is None:
+        amplitude = law.scale * np.geomspace(0.1, 20.0, 200)
+    else:
+        amplitude = numbers("--amplitudes-deg", amplitudes_deg) * np.pi / 180
+        if (amplitude <= 0).any():
+            raise InputError("--amplitudes-deg: every amplitude must be positive")
+    gains = law.describing(amplitude, math.radians(bias_deg))
+    payload = _payload(loaded.title, (pitch, moment, memory), amplitude, gains, bias_deg)
+    output.deliver(
+        payload,
+        text=lambda: _print(loaded.title, turns, respond(law, turns)[0], amplitude, gains),
+        dataset=lambda: _dataset(payload, loaded),
+        figure=lambda: _figure(pitch, moment, amplitude, gains, loaded.title),
+    )
+
+
+def _turns(text: str | None, scale: float) -> np.ndarray:
+    import numpy as np
+
+    if text is None:
+        return 2.0 * scale * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
+    turns = numbers("--path-deg", text) * np.pi / 180
+    if turns.size < 2:
+        raise InputError("--path-deg: needs at least two turning points")
+    return np.asarray(turns)
+
+
+def _through(turns: np.ndarray) -> np.ndarray:
+    """Samples of a motion through the turning points, each of which is a sample."""
+    import numpy as np
+
+    at = np.linspace(0, turns.size - 1, (turns.size - 1) * SAMPLES + 1)
+    return np.interp(at, np.arange(turns.size), turns)
+
+
+def _payload(
+    title: str,
+    path: tuple[np.ndarray, np.ndarray, np.ndarray],
+    amplitude: np.ndarray,
+    gains: Describing,
+    bias_deg: float,
+) -> dict[str, Any]:
+    import numpy as np
+
+    pitch, moment, memory = (np.degrees(part) for part in path)
+    shape = amplitude.shape
+    return {
+        "title": title,
+        "path": {"pitch_deg": pitch, "moment_deg": moment, "memory_deg": memory},
+        "describing": {
+            "amplitude_deg": np.degrees(amplitude),
+            "bias_deg": bias_deg,
+            "f0_deg": np.degrees(np.broadcast_to(gains.F0, shape)),
+            "n_p": np.broadcast_to(gains.n_p, shape),
+            "n_q": np.broadcast_to(gains.n_q, shape),
+        },
+    }
+
+
+def _print(
+    title: str,
+    turns: np.ndarray,
+    moments: np.ndarray,
+    amplitude: np.ndarray,
+    gains: Describing,
+) -> None:
+    import numpy as np
+
+    print(title)
+    show_table(
+        ("turning point (deg)", "moment (deg)"),
+        [(math.degrees(a), math.degrees(m)) for a, m in zip(turns, moments, strict=True)],
+    )
+    step = max(1, amplitude.size // 20)
+    columns = (np.degrees(amplitude), gains.n_p, gains.n_q)
+    show_table(
+        ("amplitude (deg)", "n_p", "n_q"),
+        [tuple(map(float, row)) for row in zip(*(c[::step] for c in columns), strict=True)],
+    )
+
+
+def _dataset(payload: dict[str, Any], case: Any) -> Any:
+    from aeroflutter.dataset import labelled
+
+    path, gains = payload["path"], payload["describing"]
+    variables = {name: ("sample", values) for name, values in path.items()}
+    variables |= {name: ("amplitude_deg", gains[name]) for name in ("n_p", "n_q")}
+    coordinates = {"amplitude_deg": gains["amplitude_deg"]}
+    return labelled(variables, coordinates, {"bias_deg": gains["bias_deg"]}, case)
+
+
+def _figure(
+    pitch: np.ndarray, moment: np.ndarray, amplitude: np.ndarray, gains: Describing, title: str
+) -> Any:
+    from aeroflutter.plots.spring import plot_spring
+
+    return plot_spring(pitch, moment, amplitude, gains, title)

@@ -1,0 +1,97 @@
+"""Amplitude against airspeed by describing function."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.plots import style as look
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from aeroflutter.describing import DescribingCurve
+
+
+def plot_describing(result: DescribingCurve, title: str = "") -> Figure:
+    """Amplitude over speed ratio beside the predicted distortion, family by family."""
+    with look.style():
+        figure, (curve, distortion) = look.figure(1, 2, width=9.2, height=3.9)
+        _curve(curve, result)
+        _distortion(distortion, result)
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def _abscissa(result: DescribingCurve) -> tuple[np.ndarray, str]:
+    if result.flutter_speed is None:
+        return result.speed, look.SPEED
+    return result.speed_ratio, look.SPEED_RATIO
+
+
+def _curve(axes: Axes, result: DescribingCurve) -> None:
+    x, label = _abscissa(result)
+    for one in result.families:
+        colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
+        mine = np.flatnonzero(result.family == one.number)
+        for run, stable in look.segments(result.stable[mine]):
+            at = mine[run]
+            axes.plot(
+                x[at], np.degrees(result.amplitude[at]), "-" if stable else "--", color=colour
+            )
+    if result.onset is not None:
+        at = _onset_at(result)
+        axes.plot(at, np.degrees(result.onset.amplitude), "o", color=look.BLACK, markersize=4)
+    _limits(axes, result, x)
+    axes.set_xlabel(label)
+    axes.set_ylabel(look.AMPLITUDE)
+    onset = "" if result.onset is None else f"; onset {_onset_at(result):.4f} (dot)"
+    axes.set_title("stable solid, unstable dashed" + onset)
+
+
+def _onset_at(result: DescribingCurve) -> float:
+    if result.onset is None:
+        return float("nan")
+    return result.onset.speed_ratio if result.flutter_speed else result.onset.speed
+
+
+def _limits(axes: Axes, result: DescribingCurve, x: np.ndarray) -> None:
+    """Show the curve around its onset: far out every branch runs along its asymptote."""
+    if result.onset is None or not x.size:
+        return
+    first = _onset_at(result)
+    last = 1.0 if result.flutter_speed and first < 0.97 else 1.3 * first
+    axes.set_xlim(first - 0.08 * (last - first), last + 0.05 * (last - first))
+    shown = result.amplitude[(x >= first) & (x <= first + 0.97 * (last - first))]
+    top = (
+        12 * result.onset.amplitude
+        if shown.size == 0
+        else min(shown.max(), 12 * result.onset.amplitude)
+    )
+    axes.set_ylim(0, 1.05 * np.degrees(top))
+    if result.flutter_speed:
+        look.mark_speed(axes, 1.0, "linear flutter")
+
+
+def _distortion(axes: Axes, result: DescribingCurve) -> None:
+    for one in result.families:
+        colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
+        mine = result.family == one.number
+        name = f"family {one.number}" + (" (mirror)" if one.mirror_of else "")
+        axes.plot(
+            np.degrees(result.amplitude[mine]),
+            100 * np.where(result.distortion[mine] > 1e-8, result.distortion[mine], np.nan),
+            color=colour,
+            label=name,
+        )
+    if result.amplitude.size:
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        if len(result.families) > 1:
+            axes.legend()
+    axes.set_xlabel(look.AMPLITUDE)
+    axes.set_ylabel("harmonics 2–9 over the first (%)")
+    axes.set_title("predicted distortion")
