@@ -3,13 +3,13 @@
 import control
 import numpy as np
 import pytest
-from aeroflutter.generated import section as generated
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles import determinant_root, impedance
 
 from aeroflutter.aerodynamics import QuasiSteady, Wagner
 from aeroflutter.errors import InputError
+from aeroflutter.generated import section as generated
 from aeroflutter.lure import (
     FixedFamily,
     LureSystem,

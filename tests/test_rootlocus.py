@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from aeroflutter.generated import quasi_steady
 from oracles import crossings_by_kronecker
 from test_lure import random_section
 
 from aeroflutter.aerodynamics import QuasiSteady, Wagner
 from aeroflutter.errors import InputError
+from aeroflutter.generated import quasi_steady
 from aeroflutter.lure import LureSystem, SampledFamily, SectionFamily
 from aeroflutter.rootlocus import (
     RootLocusOptions,
