@@ -41,7 +41,7 @@ def turning_points(
                 continue
             slope = 0.5 * (after + before)
             times[count] = start + dt * (i - slope / bend)
-            values[count] = y[i] - 0.5 * slope * slope / bend
+            values[count] = y[i] - 0.5 * slope * (slope / bend)
             count += 1
     return count
 
@@ -68,8 +68,10 @@ def mismatch(times: Array, values: Array, loops: int, span: int) -> tuple[float,
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def block_sizes(values: Array, loops: int, periods: int) -> tuple[Array, float]:
+def block_sizes(values: Array, unit: float, loops: int, periods: int) -> tuple[Array, float]:
     """Mean peak-to-peak a period over the last three blocks of `periods`, the newest last.
+
+    Sizes are in multiples of `unit`, so that squares of a huge motion do not overflow.
 
     Returns
     -------
@@ -83,7 +85,7 @@ def block_sizes(values: Array, loops: int, periods: int) -> tuple[Array, float]:
         squares = 0.0
         for period in range(periods):
             end = values.size - lag * ((2 - block) * periods + period)
-            size = np.max(values[end - lag : end]) - np.min(values[end - lag : end])
+            size = (np.max(values[end - lag : end]) - np.min(values[end - lag : end])) / unit
             sizes[block] += size / periods
             squares += size * size / periods
         scatter = np.sqrt(max(squares - sizes[block] * sizes[block], 0.0))
@@ -123,14 +125,14 @@ def repeats(
         tail = values[n - span :]
         amplitude = 0.5 * (np.max(tail) - np.min(tail))
         error, spread = mismatch(times, values, loops, span)
-        if not (error <= recurrence * amplitude and spread <= recurrence):
+        if not (error <= recurrence * amplitude < np.inf and spread <= recurrence):
             continue
-        sizes, scatter = block_sizes(values, loops, periods)
+        sizes, scatter = block_sizes(values, amplitude, loops, periods)
         new = abs(sizes[2] - sizes[1])
         old = abs(sizes[1] - sizes[0])
-        noise = 3.0 * scatter / np.sqrt(periods) + 1e-12 * amplitude
+        noise = 3.0 * scatter / np.sqrt(periods) + 1e-12
         remaining = new
         if new > noise:
             remaining = new * new / (old - new) if new < old else np.inf
-        return (loops if remaining <= 2.0 * drift * amplitude else 0), remaining
+        return (loops if remaining <= 2.0 * drift else 0), 0.5 * remaining * amplitude
     return 0, np.inf

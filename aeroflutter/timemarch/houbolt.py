@@ -234,10 +234,13 @@ class _Run:
         Y, H = self.buffers.Y, self.buffers.H[3 : steps + 3]
         states = self._states(steps)
         self.tail.append(Y[3 : steps + 3].copy())
-        self.end = states[-1], float(H[-1])
+        whole = np.isfinite(states).all(axis=1)  # all but the last, if the march has overflowed
+        states, H = states[whole], H[whole]
+        if states.size:
+            self.end = states[-1], float(H[-1])
         if self.options.record:
-            index = np.arange(self.done - steps + 1, self.done + 1)
-            pick = slice(-int(index[0]) % self.stride, None, self.stride)
+            index = np.arange(self.done - steps + 1, self.done + 1)[whole]
+            pick = slice(-(self.done - steps + 1) % self.stride, None, self.stride)
             self.kept.append((index[pick], states[pick], H[pick].copy()))
 
     def response(self) -> Response:

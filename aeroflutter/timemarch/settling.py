@@ -26,6 +26,7 @@ __all__ = ["Verdict", "Watch", "closed_slopes", "cycle_measures", "period_range"
 MOST_LOOPS = 16
 KEPT = 4096
 QUIET = 1e-6
+OVERFLOW = 1e150  # rad; squares of larger numbers are not finite
 THESIS_DAMPED = np.radians(0.001)
 THESIS_DIVERGENT = np.radians(100.0)
 
@@ -92,7 +93,7 @@ class Watch:
         """Pitch beyond which the motion has diverged, rad."""
         if self.options.criteria == "thesis":
             return THESIS_DIVERGENT
-        return self.options.growth * max(self.size, abs(self.start))
+        return min(self.options.growth * max(self.size, abs(self.start)), OVERFLOW)
 
     def add(self, times: Array, values: Array, pitch: Array) -> Verdict | None:
         """Look at one more window.
@@ -149,8 +150,8 @@ class Watch:
         return cycle_measures(self.times, self.values, verdict.loops, pitch, dt)
 
     def _diverged(self, reached: float) -> Verdict:
-        if not np.isfinite(reached):
-            return Verdict("divergent", "pitch overflowed")
+        if not reached < OVERFLOW:
+            return Verdict("divergent", "pitch grew until it overflowed")
         return Verdict("divergent", f"pitch passed {np.degrees(self.bound):.6g} deg")
 
     def _thesis(self) -> Verdict | None:

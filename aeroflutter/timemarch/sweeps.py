@@ -155,6 +155,8 @@ def there_and_back(
         As for `sweep`.
     """
     visited = _checked(speeds)
+    if visited.size < 2:
+        raise InputError("speeds: a sweep there and back needs at least two")
     options = options or SimulateOptions()
     halves = [replace(options, progress=_share(options.progress, i, 2)) for i in (0, 1)]
     out = sweep(family, spring, visited, initial, halves[0], kick)
