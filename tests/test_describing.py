@@ -1,0 +1,272 @@
+"""Describing functions: onsets, completeness, symmetry, agreement with independent computations."""
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_lure import random_section
+
+from aeroflutter.aerodynamics import QuasiSteady
+from aeroflutter.case import load_case
+from aeroflutter.dataset import to_dataset
+from aeroflutter.describing import (
+    DescribingOptions,
+    describing_at,
+    describing_curve,
+    describing_intersections,
+)
+from aeroflutter.errors import InputError
+from aeroflutter.lure import FixedFamily, LureSystem, SectionFamily
+from aeroflutter.section import TypicalSection
+from aeroflutter.springs import Cubic, Freeplay, Hysteresis, Table
+from aeroflutter.springs.control_adapter import SpringNonlinearity
+
+HEAVY = SectionFamily(TypicalSection(omega_bar=0.8))
+
+
+# Exact onsets (event-exact simulation); the complex describing function agrees to 0.1 %.
+@pytest.mark.parametrize(
+    ("run", "exact"),
+    [("run6", 0.8151), ("run10", 0.8489), ("run14", 0.9215), ("run15", 0.9530), ("run16", 0.8082)],
+)
+def test_onset_is_within_a_tenth_of_a_per_cent_of_the_exact_one(run, exact):
+    case = load_case(run)
+    onset = describing_curve(case.family(), case.spring).onset
+    assert onset.speed_ratio == pytest.approx(exact, rel=1e-3)
+    assert onset.kind == "fold"
+
+
+def test_onset_is_a_stationary_point_of_the_balance():
+    """At the fold d(U)/dA = 0: two amplitudes apart by 2h have speeds above it by O(h²)."""
+    case = load_case("run14")
+    onset = describing_curve(case.family(), case.spring).onset
+    for h in (1e-3, 1e-4):
+        near = describing_at(
+            case.family(), case.spring, onset.amplitude * np.array([1 - h, 1.0, 1 + h])
+        )
+        rise = near.speed / onset.speed - 1
+        assert abs(rise[1]) < 1e-9
+        assert np.all(rise[[0, 2]] > 0)
+        assert np.all(rise[[0, 2]] < 20 * h**2)
+
+
+def test_every_point_closes_the_loop():
+    rng = np.random.default_rng(3)
+    for _ in range(6):
+        family = SectionFamily(random_section(rng))
+        spring = Hysteresis(rng.uniform(0.1, 1.0), rng.uniform(0.1, 1.0))
+        curve = describing_curve(family, spring, DescribingOptions(points=25))
+        for i in range(curve.amplitude.size):
+            N = complex(spring.describing(curve.amplitude[i], curve.bias[i]).N)
+            inverse = family.at(curve.speed[i]).inverse_transfer(1j * curve.k[i])
+            assert abs(inverse + N) < 1e-9
+
+
+def brute_force(family, spring, amplitude, speeds, ks):
+    """Solutions of det B(jk) = 0 counted on a grid of speed and frequency: winding of 1/G + N.
+
+    Around a simple zero of two real equations in two unknowns the argument turns once.
+    """
+    A, b = family.stack(speeds)
+    from aeroflutter.lure import inverse_transfer
+
+    value = inverse_transfer(A[:, None], b[:, None], family.c, 1j * ks[None, :]) + complex(
+        spring.describing(amplitude, 0.0).N
+    )
+    corners = np.stack([value[:-1, :-1], value[1:, :-1], value[1:, 1:], value[:-1, 1:]])
+    turns = np.angle(np.roll(corners, -1, axis=0) / corners).sum(axis=0) / (2 * np.pi)
+    rows, columns = np.nonzero(np.abs(np.round(turns)) == 1)
+    return np.sqrt(speeds[rows] * speeds[rows + 1]), np.sqrt(ks[columns] * ks[columns + 1])
+
+
+@pytest.mark.parametrize(
+    ("spring", "section"),
+    [
+        (Hysteresis(0.2, 1.0), {"omega_bar": 0.8}),
+        (Hysteresis(0.2, 1.0), {"omega_bar": 0.2}),
+        (Freeplay(1.0), {"omega_bar": 0.8}),
+        (Hysteresis(1.0, 1.0), {"omega_bar": 1.2, "a_h": -0.4, "mu": 40.0}),
+        (Hysteresis(0.5, 1.0), {"omega_bar": 0.5, "x_alpha": 0.35, "mu": 20.0}),
+    ],
+)
+def test_every_family_is_found(spring, section):
+    """Against a scan of 1/G + N over speed and frequency that knows nothing of continuation."""
+    family = SectionFamily(TypicalSection(**section))
+    amplitudes = spring.scale * np.array([0.35, 0.62, 0.9, 1.4, 4.0])
+    found = describing_at(family, spring, amplitudes)
+    speeds = np.geomspace(found.speed_range[0] * 1.01, found.speed_range[1] * 0.99, 500)
+    ks = np.geomspace(0.004, 6.0, 700)
+    for amplitude in amplitudes:
+        scanned = np.column_stack(brute_force(family, spring, amplitude, speeds, ks))
+        mine = np.isclose(found.amplitude, amplitude, rtol=1e-9) & (found.bias == 0)
+        mine &= (found.speed > speeds[0]) & (found.speed < speeds[-1]) & (found.k > ks[0])
+        cycles = np.column_stack([found.speed[mine], found.k[mine]])
+        for speed, k in scanned:
+            near = np.abs(np.log(cycles / np.array([speed, k]))).max(axis=1)
+            assert near.min() < 0.02, (amplitude, speed, k)
+        assert len(cycles) >= len(scanned)
+
+
+def test_run_6_has_two_minima():
+    case = load_case("run6")
+    curve = describing_curve(case.family(), case.spring)
+    minima = sorted(
+        fold.speed_ratio
+        for one in curve.families
+        for fold in one.folds
+        if fold.beside == (False, True) and fold.speed_ratio < 1
+    )
+    assert minima == pytest.approx([0.8147, 0.8558], abs=2e-4)
+
+
+@given(factor=st.floats(1e-3, 1e3))
+@settings(max_examples=10, deadline=None)
+def test_piecewise_linear_springs_have_no_scale(factor):
+    spring = Hysteresis(1.0, 0.6, 0.1, 0.05)
+    amplitudes = np.array([0.9, 1.5, 3.0])
+    options = DescribingOptions(speed_ratio_range=(0.5, 1.2))
+    base = describing_at(HEAVY, spring, amplitudes, options)
+    scaled = describing_at(HEAVY, spring.scaled(factor), factor * amplitudes, options)
+    assert scaled.speed.size == base.speed.size > 0
+    np.testing.assert_allclose(np.sort(scaled.speed), np.sort(base.speed), rtol=1e-9)
+    assert scaled.onset.speed == pytest.approx(base.onset.speed, rel=1e-8)
+
+
+def test_mirrored_spring_has_mirrored_cycles():
+    section = SectionFamily(TypicalSection(omega_bar=0.5, a_h=-0.4))
+    options = DescribingOptions(speed_ratio_range=(0.4, 1.1))
+    plus = describing_at(section, Hysteresis(0.6, 1.0, 0.1, 0.2), [1.2, 2.0], options)
+    minus = describing_at(section, Hysteresis(0.6, 1.0, -0.1, -0.2), [1.2, 2.0], options)
+    assert plus.speed.size == minus.speed.size > 0
+    order, other = np.lexsort((plus.bias, plus.speed)), np.lexsort((-minus.bias, minus.speed))
+    np.testing.assert_allclose(plus.speed[order], minus.speed[other], rtol=1e-9)
+    np.testing.assert_allclose(plus.bias[order], -minus.bias[other], atol=1e-8)
+
+
+def test_small_loops_tend_to_freeplay_and_to_the_linear_section():
+    amplitudes = np.array([1.0, 2.0])
+    freeplay = describing_at(HEAVY, Freeplay(1.0), amplitudes).speed
+    loop = describing_at(HEAVY, Hysteresis(1e-9, 1.0), amplitudes).speed
+    np.testing.assert_allclose(np.sort(loop), np.sort(freeplay), rtol=1e-7)
+
+
+def test_stability_is_the_sign_of_the_root_drift():
+    """Independent of the package's rule: growth of the root at an amplitude above and below."""
+    case = load_case("run14")
+    family, spring = case.family(), case.spring
+    curve = describing_curve(family, spring, DescribingOptions(points=40))
+    for i in range(curve.amplitude.size):
+        if not curve.in_thesis_range[i]:
+            continue
+        growth = []
+        for factor in (1 - 1e-4, 1 + 1e-4):
+            N = complex(spring.describing(curve.amplitude[i] * factor, 0.0).N)
+            roots = np.linalg.eigvals(family.at(curve.speed[i]).closed(N))
+            growth.append(roots[np.argmin(np.abs(roots - 1j * curve.k[i]))].real)
+        assert curve.stable[i] == (growth[1] < growth[0])
+
+
+def test_hardening_cubic_bifurcates_from_linear_flutter():
+    """Amplitude tends to zero at U*_L and grows above it; N = 1 + 3/4 beta3 A²."""
+    curve = describing_curve(
+        SectionFamily(TypicalSection(omega_bar=0.2)),
+        Cubic(1.0, 3.0),
+        DescribingOptions(amplitude_range=(1e-3, 0.5)),
+    )
+    first = curve.family == curve.onset.family
+    assert curve.onset.speed_ratio == pytest.approx(1.0, abs=1e-5)
+    assert np.all(np.diff(curve.speed_ratio[first]) > 0)
+    assert curve.stable[first].all()
+    np.testing.assert_allclose(curve.n_p[first], 1 + 2.25 * curve.amplitude[first] ** 2, rtol=1e-12)
+
+
+# Lee, Jiang & Wong 1999, beta3 = 3: read off figures, hence 3 % in amplitude, 1 % in frequency.
+@pytest.mark.parametrize(
+    ("ratio", "amplitude_deg", "k"),
+    [(1.05, 11.4, 0.0830), (1.10, 16.4, 0.0820), (1.15, 20.4, 0.0810)],
+)
+def test_cubic_against_lee_jiang_wong(ratio, amplitude_deg, k):
+    curve = describing_curve(
+        SectionFamily(TypicalSection(omega_bar=0.2)),
+        Cubic(1.0, 3.0),
+        DescribingOptions(amplitude_range=(1e-2, 0.6)),
+    )
+    mine = curve.family == curve.onset.family
+    found = np.interp(ratio, curve.speed_ratio[mine], np.degrees(curve.amplitude[mine]))
+    assert found == pytest.approx(amplitude_deg, rel=0.03)
+    assert np.interp(ratio, curve.speed_ratio[mine], curve.k[mine]) == pytest.approx(k, rel=0.01)
+
+
+def test_a_control_system_that_is_no_airfoil():
+    """Saturation around a triple lag, against python-control's search for intersections.
+
+    It intersects polylines through 2000 samples of N(A), which costs it some 1e-6.
+    """
+    plant = control.ss(control.tf([16.0], [1.0, 3.0, 3.0, 1.0]))
+    saturation = Table(pitch=(-2.0, -1.0, 1.0, 2.0), moments=(-1.0, -1.0, 1.0, 1.0))
+    found = describing_intersections(LureSystem.from_control(plant), saturation)
+    response = control.describing_function_response(
+        plant,
+        SpringNonlinearity(saturation),
+        np.linspace(1.01, 20, 2000),
+        np.geomspace(0.1, 10, 2000),
+        refine=True,
+    )
+    assert len(found) == len(response.intersections) == 1
+    assert found[0] == pytest.approx(response.intersections[0], rel=1e-4)
+    assert found[0, 1] == pytest.approx(np.sqrt(3.0), rel=1e-12)  # phase -180° of 1/(s+1)³
+
+
+def test_a_fixed_system_and_the_curve_agree():
+    case = load_case("run14")
+    curve = describing_at(case.family(), case.spring, [0.02])
+    system = case.family().at(float(curve.speed[0]))
+    found = describing_intersections(system, case.spring)
+    distance = np.abs(found - np.array([0.02, curve.k[0]])).max(axis=1)
+    assert distance.min() < 1e-9
+
+
+@pytest.mark.parametrize("spring", [Hysteresis(1.0, 0.4), Freeplay(1.0), Cubic(1.0, 2.0)])
+def test_adapter_gives_control_the_closed_form(spring):
+    """python-control's own quadrature of the sampled law agrees to its sampling error."""
+    amplitudes = np.array([0.9, 2.0])
+    adapter = SpringNonlinearity(spring)
+    closed = control.describing_function(adapter, amplitudes)
+    np.testing.assert_allclose(closed, spring.describing(amplitudes, 0.0).N, rtol=1e-14)
+    for amplitude, expected in zip(amplitudes, closed, strict=True):
+        fresh = SpringNonlinearity(spring)
+        theta = np.linspace(-np.pi / 2, 3.5 * np.pi, 8001)
+        answer = np.array([fresh(amplitude * np.sin(angle)) for angle in theta])[4000:-1]
+        gain = 2 * np.mean(answer * np.exp(-1j * theta[4000:-1])) * 1j / amplitude
+        assert gain == pytest.approx(expected, abs=2e-6)
+
+
+def test_undamped_sections_follow_coalescence():
+    """Quasi-steady: U(A) is the closed-form coalescence speed of the stiffness N(A)."""
+    family = SectionFamily(TypicalSection(omega_bar=0.5), QuasiSteady())
+    curve = describing_at(family, Freeplay(1.0), [2.0])
+    N = float(Freeplay(1.0).describing(2.0, 0.0).n_p)
+    ratio = 0.5 / np.sqrt(N)
+    square = N * 100 * 0.25 / 0.5 * (1 + ratio**2 - 2 * ratio * np.sqrt(0.75))
+    assert np.min(np.abs(curve.speed - np.sqrt(square))) < 1e-6
+
+
+def test_what_makes_no_curve_is_refused():
+    system = HEAVY.at(3.0)
+    with pytest.raises(InputError, match="does not depend on speed"):
+        describing_curve(FixedFamily(system), Freeplay(1.0))
+    with pytest.raises(InputError, match="finite positive"):
+        describing_at(HEAVY, Freeplay(1.0), [-1.0])
+    with pytest.raises(InputError, match="must be odd"):
+        describing_intersections(system, Freeplay(1.0, 0.3))
+    with pytest.raises(InputError, match="points"):
+        DescribingOptions(points=1)
+
+
+def test_curve_as_a_dataset():
+    case = load_case("run14")
+    data = to_dataset(describing_curve(case.family(), case.spring), case=case)
+    assert data["amplitude_deg"].attrs["units"] == "degree"
+    assert data.attrs["onset_speed_ratio"] == pytest.approx(0.92126, abs=1e-5)
+    assert "delta_v_deg" in data.attrs["case"]
