@@ -6,7 +6,6 @@ import control
 import numpy as np
 import pytest
 import scipy.linalg
-from aeroflutter.generated import houbolt as generated
 from hypothesis import given
 from hypothesis import settings as budget
 from hypothesis import strategies as st
@@ -26,6 +25,7 @@ from aeroflutter import (
     TypicalSection,
     Wagner,
 )
+from aeroflutter.generated import houbolt as generated
 from aeroflutter.rootlocus import flutter_speed as exact_flutter_speed
 from aeroflutter.timemarch.houbolt import march
 from aeroflutter.timemarch.houbolt_scheme import Scheme, flutter_speed
