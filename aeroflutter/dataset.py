@@ -64,7 +64,8 @@ def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:
     TypeError
         If the object is not the result of an analysis.
     """
-    raise TypeError(f"{type(result).__name__} is not a result of an analysis")
+    subject = "" if case is None else f" of {case.title}"
+    raise TypeError(f"{type(result).__name__}{subject} is not a result of an analysis")
 
 
 @to_dataset.register(RootLocus)

@@ -197,7 +197,7 @@ class LureFamily(Protocol):
 
     1. ``at(U)`` returns the system at the speed ``U``; the number of states and ``c`` never change.
     2. ``stack`` returns ``A`` (m, n, n) and ``b`` (m, n) for ``m`` speeds at once.
-    3. ``derivative`` returns ``dA/dU`` and ``db/dU``, stacked like ``stack`` for an array of speeds.
+    3. ``derivative`` returns ``dA/dU`` and ``db/dU``, stacked as ``stack`` does.
     4. ``search_range`` is the default (low, high) of analyses that search over speed.
 
     Reference implementation: :class:`SectionFamily`.

@@ -127,7 +127,8 @@ def _print(case: Case, result: RootLocus, curve: Curve | None) -> None:
         )
     if curve is not None:
         show_table(
-            ("stiffness N", "flutter U*", "k"), [tuple(map(float, row)) for row in zip(*curve)]
+            ("stiffness N", "flutter U*", "k"),
+            [tuple(map(float, row)) for row in zip(*curve, strict=True)],
         )
 
 

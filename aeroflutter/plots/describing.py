@@ -38,13 +38,17 @@ def _curve(axes: Axes, result: DescribingCurve) -> None:
         colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
         mine = np.flatnonzero(result.family == one.number)
         for run, stable in look.segments(result.stable[mine]):
-            at = mine[run]
-            axes.plot(
-                x[at], np.degrees(result.amplitude[at]), "-" if stable else "--", color=colour
-            )
+            points = mine[run]
+            line = "-" if stable else "--"
+            axes.plot(x[points], np.degrees(result.amplitude[points]), line, color=colour)
     if result.onset is not None:
-        at = _onset_at(result)
-        axes.plot(at, np.degrees(result.onset.amplitude), "o", color=look.BLACK, markersize=4)
+        axes.plot(
+            _onset_at(result),
+            np.degrees(result.onset.amplitude),
+            "o",
+            color=look.BLACK,
+            markersize=4,
+        )
     _limits(axes, result, x)
     axes.set_xlabel(label)
     axes.set_ylabel(look.AMPLITUDE)
