@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.springs import Cubic
 from aeroflutter.timemarch.response import Response, traces
 from aeroflutter.timemarch.settling import Verdict, Watch, closed_slopes, period_range
 
@@ -55,6 +56,8 @@ class _Run:
         from scipy.integrate import DOP853
 
         self.system, self.spring, self.options, self.memory = system, spring, options, memory
+        self.moment = _scalar_law(spring)
+        self.row, self.direct = system.c @ system.A, float(system.c @ system.b)
         slopes = closed_slopes(spring, float(system.c @ state))
         shortest, longest = period_range(system, slopes)
         self.longest_step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
@@ -76,7 +79,7 @@ class _Run:
 
     def rate(self, _: float, x: Array) -> Array:
         """Right-hand side A x - b F(c x)."""
-        return self.system.A @ x - self.system.b * self.spring.moment(self.system.c @ x)
+        return self.system.A @ x - self.system.b * self.moment(float(self.system.c @ x))
 
     def go(self) -> None:
         """March until the end state is certain or the time is up."""
@@ -100,11 +103,22 @@ class _Run:
         if last >= self.count:
             self.samples.append(dense(self.options.dt * np.arange(self.count, last + 1)).T)
             self.count = last + 1
-        for time in _roots(lambda t: self._slope(dense(t)), self.solver.t_old, self.solver.t):
-            self.turns.append((time, float(self.system.c @ dense(time))))
+        grid = np.linspace(self.solver.t_old, self.solver.t, 4)
+        slopes = [self._slope(x) for x in dense(grid).T]
+        for i in range(3):
+            if slopes[i] * slopes[i + 1] < 0.0 or (slopes[i + 1] == 0.0 and slopes[i] != 0.0):
+                time = self._turn(dense, grid[i], grid[i + 1])
+                self.turns.append((time, float(self.system.c @ dense(time))))
 
     def _slope(self, x: Array) -> float:
-        return float(self.system.c @ self.rate(0.0, x))
+        """Slope y' = c A x - (c b) F(y)."""
+        slope = float(self.row @ x)
+        return slope - self.direct * self.moment(float(self.system.c @ x)) if self.direct else slope
+
+    def _turn(self, dense: Callable[[float], Array], low: float, high: float) -> float:
+        from scipy.optimize import brentq
+
+        return float(brentq(lambda t: self._slope(dense(t)), low, high, xtol=1e-12, rtol=1e-14))
 
     def _judge(self, first: int) -> Verdict | None:
         """Show the last window to the watch."""
@@ -117,7 +131,7 @@ class _Run:
 
     def response(self) -> Response:
         """The result, once the march is over."""
-        states: Array = np.concatenate(self.samples)
+        states = np.concatenate(self.samples)
         dt = self.options.dt
         verdict = self.verdict or self._last()
         kept = states if self.options.record else states[:0]
@@ -133,7 +147,7 @@ class _Run:
             **traces(
                 self.system,
                 self.spring,
-                dt * np.arange(kept.shape[0]),
+                np.asarray(dt * np.arange(kept.shape[0]), dtype=np.float64),
                 kept,
                 np.full(kept.shape[0], self.memory),
             ),
@@ -145,14 +159,9 @@ class _Run:
         return self.watch.last(float(self.solver.t))
 
 
-def _roots(function: Callable[[float], float], low: float, high: float) -> list[float]:
-    """Sign changes of a function on an interval, at most one to each third of it."""
-    from scipy.optimize import brentq
-
-    grid = np.linspace(low, high, 4)
-    values = [function(t) for t in grid]
-    return [
-        float(brentq(function, grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14))
-        for i in range(3)
-        if values[i] * values[i + 1] < 0.0 or (values[i + 1] == 0.0 and values[i] != 0.0)
-    ]
+def _scalar_law(spring: Spring) -> Callable[[float], float]:
+    """The moment of one pitch, without the cost of arrays where the law is known."""
+    if isinstance(spring, Cubic):
+        beta1, beta3 = spring.beta1, spring.beta3
+        return lambda y: y * (beta1 + beta3 * y * y)
+    return lambda y: float(spring.moment(y))
