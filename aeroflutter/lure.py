@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import control
 
 Real = NDArray[np.float64]
-Complex = NDArray[np.complexfloating[Any, Any]]
+Complex = NDArray[Any]  # of complex numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +262,7 @@ class SectionFamily:
     @property
     def terms(self) -> tuple[Real, Real, Real, Real, Real]:
         """``(A0, A1, A2, b2, c)``."""
-        return self._terms  # type: ignore[attr-defined, no-any-return]
+        return self._terms  # type: ignore[attr-defined]
 
     @property
     def c(self) -> Real:

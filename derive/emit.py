@@ -130,6 +130,11 @@ def inputs(arguments: Sequence[str], indent: int = 4) -> str:
     return textwrap.fill(text, WIDTH, initial_indent=lead, subsequent_indent=lead)
 
 
+def lines(names: Sequence[str]) -> list[str]:
+    """Names joined by commas, as many lines as it takes."""
+    return [line.rstrip(",") for line in textwrap.wrap(", ".join(names), WIDTH - 20)]
+
+
 def signature(name: str, arguments: Sequence[str], returns: str) -> str:
     """A ``def`` line laid out as ruff lays it out."""
     one = f"def {name}({', '.join(arguments)}) -> {returns}:"
@@ -151,7 +156,7 @@ def environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    helpers = (assignments, inputs, invoke, items, matrix, row, signature, source)
+    helpers = (assignments, inputs, invoke, items, lines, matrix, row, signature, source)
     env.globals.update({helper.__name__: helper for helper in helpers}, parameter_docs={})
     return env
 

@@ -5,9 +5,9 @@ Lift follows pitch at once, C_L = 2 pi alpha and C_M = (1/2 + a_h) C_L/2. With q
 
     M q'' + C1/U q' + (K0 + K2/U^2) q + e F/U^2 = 0
 
-Rows are the heave equation, the pitch equation. F is the moment of the nonlinear spring
-over its own stiffness, and e is nonzero in its row only. The state is
-x = (xi, alpha, xi', alpha'). Equation numbers are those of the thesis;
+Rows are the heave equation, the pitch equation.
+F is the moment of the nonlinear spring over its own stiffness, e is nonzero in its row only.
+The state is x = (xi, alpha, xi', alpha'). Equation numbers are those of the thesis;
 docs/derivation.md derives them. The parameters are
 
     mu           Mass ratio m / (pi rho b^2).

@@ -6,9 +6,9 @@ Nondimensional time is tau = V t / b and a prime is d/dtau. With q = (xi, alpha)
     M q'' + (C0 + C1/U) q' + K2/U^2 q + g W + e F/U^2 = 0,   w = w_q q + w_v q'
     W = (1 - sum a_i) w + sum a_i b_i z_i,   z_i' = -b_i z_i + w,   z_i(0) = 0
 
-Rows are the heave equation, the pitch equation. F is the moment of the nonlinear spring
-over its own stiffness, and e is nonzero in its row only. The state is
-x = (xi, alpha, xi', alpha', z_1, ..., z_n).
+Rows are the heave equation, the pitch equation.
+F is the moment of the nonlinear spring over its own stiffness, e is nonzero in its row only.
+The state is x = (xi, alpha, xi', alpha', z_1, ..., z_n).
 Equation numbers are those of the thesis; docs/derivation.md derives them. The parameters are
 
     mu           Mass ratio m / (pi rho b^2).

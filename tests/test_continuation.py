@@ -129,6 +129,22 @@ def test_a_corner_whose_place_is_known_costs_no_small_steps() -> None:
     assert sum(state.corner for state in branch.states) == 1
 
 
+@pytest.mark.parametrize("slope", [0.5, 3.0, 40.0])
+def test_a_known_corner_may_be_as_sharp_as_it_likes(slope: float) -> None:
+    """Beyond a right angle (slope 1) the hyperplane of a step misses the other side."""
+    corner = Curve(
+        lambda x: [x[1] - slope * abs(x[0] - 0.3)],
+        lambda x: [[-slope if x[0] > 0.3 else slope, 1.0]],
+    )
+    options = ContinuationOptions(low=[-1, -9], high=[1, 60], folds={"fold": 1})
+    kinks = {"corner": lambda x, tangent: float(x[0] - 0.3)}
+    branch = trace(corner, [-0.5, 0.8 * slope], options, None, kinks)
+    assert {branch.x[0, 0], branch.x[-1, 0]} == {-1.0, 1.0}
+    places = {event.name: event.x for event in branch.events}
+    assert np.max(np.abs(places["corner"] - [0.3, 0])) < 1e-12
+    assert np.max(np.abs(places["fold"] - [0.3, 0])) < 1e-9
+
+
 def test_scaling_of_the_unknowns_changes_nothing_but_the_units() -> None:
     def run(size: float) -> Array:
         ellipse = Curve(

@@ -38,8 +38,10 @@ def simulate(
     ] = None,
     engine: Annotated[
         Literal["exact", "houbolt"],
-        Parameter(help="exact has no time-step error (cubic springs run on DOP853)."),
-    ] = "exact",
+        Parameter(
+            help="exact has no time-step error; for now it takes cubic springs only (DOP853)."
+        ),
+    ] = "houbolt",
     dt: Annotated[
         float, Parameter(help="Houbolt's step in tau; with exact, the spacing of the samples.")
     ] = 0.1,

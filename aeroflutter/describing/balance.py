@@ -23,6 +23,7 @@ from aeroflutter.springs import Describing, Spring
 __all__ = ["AMPLITUDE", "BIAS", "FREQUENCY", "SPEED", "Balance", "Loop"]
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 AMPLITUDE, BIAS, SPEED, FREQUENCY = range(4)
 
 _FLAT = 1e-12  # a mean balance whose whole row is below this holds on an interval of bias
@@ -35,9 +36,9 @@ LIMIT = 60.0  # of the unknowns, beyond which nothing is evaluated
 class Loop(NamedTuple):
     """The linear side of the balance: 1/G(jk) and 1/G(0), with derivatives."""
 
-    Z: NDArray[np.complex128]
-    Z_s: NDArray[np.complex128]
-    Z_U: NDArray[np.complex128]
+    Z: Complex
+    Z_s: Complex
+    Z_U: Complex
     Z0: Array
     Z0_U: Array
 
@@ -74,18 +75,17 @@ class Balance:
     def pack(self, A: Array, B: Array, U: Array, k: Array) -> Array:
         """Unknowns y (..., 4) of A, B, U, k."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            parts = np.broadcast_arrays(np.log(A), np.divide(B, self.spring.scale), np.log(U),
-                                        np.log(k))  # fmt: skip
-        return np.stack(parts, axis=-1)
+            parts = np.log(A), np.divide(B, self.spring.scale), np.log(U), np.log(k)
+        return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
     def loop(self, U: Array, k: Array) -> Loop:
         """1/G and its derivatives at speeds U and frequencies k, shape (m,)."""
         A, b = self.family.stack(U)
         dA, db = self.family.derivative(U)
         c = self.family.c
-        Z, Z_s, Z_U = inverse_transfer_gradient(A, b, c, dA, db, 1j * k)
+        harmonic = inverse_transfer_gradient(A, b, c, dA, db, 1j * k)
         Z0, _, Z0_U = inverse_transfer_gradient(A, b, c, dA, db, np.zeros(U.shape))
-        return Loop(Z, Z_s, Z_U, Z0.real, Z0_U.real)
+        return Loop(*harmonic, np.asarray(Z0.real), np.asarray(Z0_U.real))
 
     def evaluate(self, y: Array) -> tuple[Array, Array]:
         """Residual (m, 3) and Jacobian (m, 3, 4) at unknowns y (m, 4)."""

@@ -1,10 +1,14 @@
 """Cycles of loops without damping, where flutter is the coalescence of two frequencies.
 
-Without damping 1/G(jk) is real, every root below flutter lies on the imaginary axis and so every
-amplitude cycles at every speed: the balance of the first harmonic alone says nothing. The curve
-of the thesis's quasi-steady section is the border of instability, where the root is double:
+Without damping every root below flutter lies on the imaginary axis, so every amplitude cycles at
+every speed: the balance of the first harmonic alone says nothing. The curve of the thesis's
+quasi-steady section is the border of instability, where the root is double. With
+D(x) = det(sI - A + N b c), a polynomial in x = s² = -k²,
 
-    1/G(jk; U) + n_p(A, B) = 0,    d(1/G)/dk = 0.
+    D(x; U, N) = 0,    dD/dx = 0.
+
+The determinant is used instead of 1/G because a zero of G lies on the curve where its speed is
+lowest.
 """
 
 from __future__ import annotations
@@ -12,10 +16,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.describing.balance import FREQUENCY, SPEED, Balance, Loop
+from aeroflutter.describing.balance import AMPLITUDE, BIAS, FREQUENCY, SPEED, Balance
 from aeroflutter.lure import LureFamily, inverse_transfer
 from aeroflutter.rootlocus import RootLocusOptions, root_locus
-from aeroflutter.springs import Describing
 
 __all__ = ["Coalescence", "reversible"]
 
@@ -40,31 +43,50 @@ class Coalescence(Balance):
 
     multiplicity = 2
 
-    def _assemble(
-        self, A: Array, B: Array, U: Array, k: Array, loop: Loop, d: Describing
-    ) -> tuple[Array, Array]:
-        residual, jacobian = super()._assemble(A, B, U, k, loop, d)
-        residual[:, 1] = -loop.Z_s.imag / k  # twice the derivative by k²: not zero at k = 0
-        jacobian[:, 1] = 0.0
-        # The second derivatives enter Newton's method only: differences are good enough.
+    def evaluate(self, y: Array) -> tuple[Array, Array]:
+        """Residual (m, 3) and Jacobian (m, 3, 4) at unknowns y (m, 4)."""
+        residual, jacobian = super().evaluate(y)
+        A, B, U, k = self.unpack(y)
+        d = self.spring.describing(A, B)
+        value = self._determinant(U, k, d.n_p)
+        # D is monic: divided by powers of k, it and its derivative are of order one.
+        degree = self.family.c.size // 2
+        unit = np.column_stack((k ** (2 * degree), k ** (2 * degree - 2)))
+        residual[:, :2] = value / unit
+        by_N = self._determinant(U, k, d.n_p + 1.0) - value  # D is linear in N
+        jacobian[:, :2, AMPLITUDE] = by_N / unit * (A * d.dn_p_dA)[:, None]
+        jacobian[:, :2, BIAS] = by_N / unit * (self.spring.scale * d.dn_p_dB)[:, None]
+        # These derivatives enter Newton's method only: differences are good enough.
         for index, (dU, dk) in {SPEED: (_STEP, 0.0), FREQUENCY: (0.0, _STEP)}.items():
             ahead, behind = (
-                self.loop(U * np.exp(sign * dU), k * np.exp(sign * dk)).Z_s.imag
-                / (k * np.exp(sign * dk))
+                self._determinant(U * np.exp(sign * dU), k * np.exp(sign * dk), d.n_p)
                 for sign in (1.0, -1.0)
             )
-            jacobian[:, 1, index] = -(ahead - behind) / (2 * _STEP)
+            jacobian[:, :2, index] = (ahead - behind) / unit / (2 * _STEP)
         return residual, jacobian
+
+    def _determinant(self, U: Array, k: Array, N: Array) -> Array:
+        """D and dD/dx at x = -k², shape (m, 2)."""
+        A, b = self.family.stack(U)
+        roots = np.linalg.eigvals(A - N[:, None, None] * b[:, :, None] * self.family.c)
+        x = -(k**2)
+        coefficients = np.array([np.poly(row).real[::2] for row in roots])
+        value, by_x = np.zeros(x.shape), np.zeros(x.shape)
+        for column in coefficients.T:  # Horner's scheme with its derivative
+            by_x = by_x * x + value
+            value = value * x + column
+        return np.column_stack((value, by_x))
 
     def guesses(self, amplitudes: Array, biases: Array, speeds: Array) -> Array:
         """Guesses (m, 4) for the cycles of given amplitudes and biases (m,)."""
         pairs = np.column_stack((amplitudes, np.round(biases / self.spring.scale, 2)))
         found = [np.empty((0, 4))]
         for A, b in np.unique(pairs, axis=0):
-            N = float(self.spring.describing(A, b * self.spring.scale).n_p)
+            B = b * self.spring.scale
+            N = float(self.spring.describing(A, B).n_p)
             options = RootLocusOptions(stiffness=N, low=speeds[0], high=speeds[-1])
             for crossing in root_locus(self.family, options).crossings:
                 if crossing.coalescence:
-                    y = self.pack(A, b * self.spring.scale, crossing.speed, crossing.k)
-                    found.append(y[None, :])
+                    cycle = (A, B, crossing.speed, crossing.k)
+                    found.append(self.pack(*(np.array([value]) for value in cycle)))
         return np.concatenate(found)

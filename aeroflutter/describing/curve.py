@@ -210,7 +210,7 @@ class _Search:
             "rules_agree": rules.rules_agree,
             "harmonics": ratios,
             "distortion": np.linalg.norm(ratios, axis=1),
-            "in_thesis_range": (B - A < low - room) & (B + A > high + room),
+            "in_thesis_range": (low - room > B - A) & (high + room < B + A),
         }
 
 

@@ -46,7 +46,7 @@ def answer_harmonics(
 
 
 def harmonics(balance: Balance, y: Array, d: Describing, highest: int, samples: int) -> Complex:
-    """Predicted harmonics 2 … `highest` of the motion over its amplitude, shape (m, highest - 1)."""
+    """Predicted harmonics 2 … `highest` of the motion over its amplitude, (m, highest - 1)."""
     A, B, U, k = balance.unpack(y)
     answer = answer_harmonics(balance.spring, A, B, highest, samples)[:, 2:]
     orders = np.arange(2, highest + 1)

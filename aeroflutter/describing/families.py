@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.continuation import Branch, ContinuationOptions, Test, trace
+from aeroflutter.continuation import Branch, ContinuationOptions, Event, State, Test, trace
 from aeroflutter.describing.balance import AMPLITUDE, BIAS, FREQUENCY, LIMIT, SPEED, Balance
 from aeroflutter.describing.scan import distinct, scan
 from aeroflutter.errors import ConvergenceError
@@ -50,11 +50,12 @@ class Family:
 
     def nodes(self) -> tuple[Array, Array, Array]:
         """Arclength (m,), points and tangents (m, 4) of states and events, in order."""
-        places = [*self.branch.states, *self.branch.events]
+        places: list[State | Event] = [*self.branch.states, *self.branch.events]
         arclength = np.array([place.arclength for place in places])
         order = np.argsort(arclength, kind="stable")
         order = order[np.concatenate(([True], np.diff(arclength[order]) > 1e-12))]
-        x, tangent = (np.array([getattr(p, name) for p in places]) for name in ("x", "tangent"))
+        x = np.array([place.x for place in places])
+        tangent = np.array([place.tangent for place in places])
         return arclength[order], x[order], tangent[order]
 
     def lowest(self) -> float:
@@ -87,7 +88,8 @@ class Family:
     def stations(self, count: int) -> tuple[Array, Array]:
         """Arclengths (m,) and cycles (m, 4): `count` evenly spaced ones, all events, both ends."""
         at, x, _ = self.nodes()
-        marked = np.array([0, *np.searchsorted(at, self._event_places()), len(at) - 1])
+        inner = np.searchsorted(at, self._event_places())
+        marked = np.unique([0, *np.minimum(inner, len(at) - 1), len(at) - 1])
         even = np.linspace(at[0], at[-1], count + 2)[1:-1]
         y, converged = self.points(even)
         arclength = np.concatenate((even[converged], at[marked]))
@@ -203,7 +205,25 @@ def _follow(balance: Balance, domain: Domain, seed: Array) -> Family:
         folds={"fold": SPEED, "turn": AMPLITUDE},
     )
     kinks = {f"corner {i + 1}": _corner(balance, i) for i in _corners(balance)}
-    return Family(balance, trace(_Curve(balance), seed, options, None, kinks))
+    return Family(balance, _polished(balance, trace(_Curve(balance), seed, options, None, kinks)))
+
+
+def _polished(balance: Balance, branch: Branch) -> Branch:
+    """The branch with its ends and events solved for once more, at their own amplitude or speed.
+
+    Across a kink the walk's Newton iteration has the slope of one side only and stops early;
+    at fixed amplitude the kink does not matter.
+    """
+    places: list[State | Event] = [branch.states[0], branch.states[-1], *branch.events]
+    x = np.array([place.x for place in places])
+    tangent = np.array([place.tangent for place in places]) / _SCALE
+    steep = np.abs(tangent[:, AMPLITUDE]) >= np.abs(tangent[:, SPEED])
+    axes = np.eye(4)
+    better, converged = balance.solve(x, np.where(steep[:, None], axes[AMPLITUDE], axes[SPEED]))
+    kept = np.where(converged[:, None], better, x)
+    first, last, *events = (replace(p, x=y) for p, y in zip(places, kept, strict=True))
+    states = (first, *branch.states[1:-1], last)
+    return replace(branch, states=states, events=tuple(events))  # type: ignore[arg-type]
 
 
 def _corners(balance: Balance) -> list[int]:
@@ -251,8 +271,8 @@ class _Curve:
 def _corner(balance: Balance, index: int) -> Test:
     """Test function of one kink of the describing function."""
 
-    def above(x: Array, tangent: Array) -> float:
-        A, B, _, _ = balance.unpack(x)
+    def above(x: Array, _: Array) -> float:
+        A, B = balance.unpack(x)[:2]
         return float(A - balance.spring.corners(B)[index]) / balance.spring.scale
 
     return above

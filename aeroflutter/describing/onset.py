@@ -78,9 +78,11 @@ class _Facts:
             return None
         i = int(chosen[np.argmin(y[chosen, SPEED])])
         places = [(float(arclength[i]), y[i], "edge")]
-        for j in (i - 1, i + 1):
-            if 0 <= j < len(y) and not stable[j]:
-                places.append(self._boundary(float(arclength[i]), float(arclength[j])))
+        places += [
+            self._boundary(float(arclength[i]), float(arclength[j]))
+            for j in (i - 1, i + 1)
+            if 0 <= j < len(y) and not stable[j]
+        ]
         place = min(places, key=lambda place: float(place[1][SPEED]))
         return self._onset(*self._marked(place))
 

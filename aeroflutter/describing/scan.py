@@ -174,7 +174,7 @@ def static_paths(balance: Balance, amplitudes: Array, speeds: Array) -> Paths:
         grid_A, grid_U = np.meshgrid(amplitudes, speeds, indexing="ij")
         return Paths(grid_A.ravel(), np.zeros(m * n), grid_U.ravel(), np.where(last, -1, index + 1))
     A, b = balance.family.stack(speeds)
-    load = inverse_transfer(A, b, balance.family.c, np.zeros(n)).real
+    load = np.asarray(inverse_transfer(A, b, balance.family.c, np.zeros(n)).real)
     rows, bias = _static_roots(balance, amplitudes, load)
     row_A, row_U = np.divmod(rows, n)
     return Paths(amplitudes[row_A], bias, speeds[row_U], _successors(row_A, row_U, bias))

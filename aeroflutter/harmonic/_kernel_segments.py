@@ -110,9 +110,7 @@ def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def loop_segments(
-    Y: Complex, turns: Real, v1: float, v2: float, low: float, high: float
-) -> Real:
+def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, high: float) -> Real:
     """Segments of the hysteresis loop on its periodic memory; rows as for a static law.
 
     One period is run first: the memory's map over a period is a composition of clips, hence a

@@ -130,7 +130,9 @@ class Segmented(Answer):
     @property
     def straight(self) -> bool:  # type: ignore[override]
         """Whether the motion stays on one straight piece."""
-        return bool(np.all(self.slopes == self.slopes[0]) and np.all(self.offsets == self.offsets[0]))
+        return bool(
+            np.all(self.slopes == self.slopes[0]) and np.all(self.offsets == self.offsets[0])
+        )
 
     def slope(self, count: int) -> Complex:
         """Fourier coefficients of the slope, in closed form."""
@@ -235,9 +237,7 @@ def answer(spring: Spring, Y: Complex) -> Answer:
     if turns.size == 0:
         raise ConvergenceError("the motion has no extremum")
     if isinstance(spring, Hysteresis):
-        rows = kernel.loop_segments(
-            Y, turns, spring.v1, spring.v2, spring.h_low, spring.h_high
-        )
+        rows = kernel.loop_segments(Y, turns, spring.v1, spring.v2, spring.h_low, spring.h_high)
     else:
         p = spring.pieces()
         rows = kernel.static_segments(Y, turns, p.breaks, p.slopes, p.offsets)

@@ -130,4 +130,3 @@ class Grid:
         nx, ny = block.shape
         x = np.repeat(self.x.values[block.x], ny)
         return x, np.tile(self.y.values[block.y], nx)
-

@@ -39,9 +39,7 @@ class MemoryResults:
         self._done[outcome.task.phase][outcome.task.number] = True
         self.cpu_seconds += outcome.cpu
 
-    def write_failed(
-        self, task: Task, arrays: Mapping[str, AnyArray], what: str, why: str
-    ) -> None:
+    def write_failed(self, task: Task, arrays: Mapping[str, AnyArray], what: str, why: str) -> None:
         """Keep that a block failed."""
         self._keep(task, arrays)
         self.failures.append({"block": what, "reason": why})

@@ -130,9 +130,7 @@ class Store:
             self._seconds[task.phase][task.number] = outcome.cpu
             self._digests[task.phase][task.number] = _digest(outcome.arrays)
 
-    def write_failed(
-        self, task: Task, arrays: Mapping[str, AnyArray], what: str, why: str
-    ) -> None:
+    def write_failed(self, task: Task, arrays: Mapping[str, AnyArray], what: str, why: str) -> None:
         """Note a block that failed. It is not committed, so that a resumed run tries it again."""
         with _writing(self.path):
             for name, values in self._of_phase(task.phase, arrays).items():
@@ -200,7 +198,9 @@ def differing(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]
         f"{key} is {_shown(old, key)} in the store, {_shown(new, key)} here"
         for key in keys[:MOST_DIFFERENCES]
     ]
-    return lines + ([f"and {len(keys) - len(lines)} more differences"] if len(keys) > len(lines) else [])
+    return lines + (
+        [f"and {len(keys) - len(lines)} more differences"] if len(keys) > len(lines) else []
+    )
 
 
 def _flat(record: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -223,8 +223,7 @@ def _regions(study: Study) -> Iterator[Region]:
     starts = [range(0, n, b) for n, b in zip(shape, block, strict=True)]
     for index in np.ndindex(*map(len, starts)):
         yield tuple(
-            slice(starts[d][i], min(starts[d][i] + block[d], shape[d]))
-            for d, i in enumerate(index)
+            slice(starts[d][i], min(starts[d][i] + block[d], shape[d])) for d, i in enumerate(index)
         )
 
 
@@ -252,7 +251,11 @@ def _laid_out(path: Path, study: Study) -> zarr.Group:
         )
     for name, values in study.dimensions.items():
         coordinate = group.create_array(
-            name, shape=values.shape, chunks=values.shape, dtype=values.dtype, dimension_names=[name]
+            name,
+            shape=values.shape,
+            chunks=values.shape,
+            dtype=values.dtype,
+            dimension_names=[name],
         )
         coordinate[:] = values
     blocks = group.create_group("blocks")

@@ -13,7 +13,7 @@ from aeroflutter.springs.base import Spring
 __all__ = ["SpringNonlinearity"]
 
 
-class SpringNonlinearity(control.DescribingFunctionNonlinearity):  # type: ignore[misc]
+class SpringNonlinearity(control.DescribingFunctionNonlinearity):
     """A spring for ``control.describing_function`` and ``describing_function_response``.
 
     Parameters

@@ -140,7 +140,8 @@ class SimulateOptions:
     Parameters
     ----------
     engine
-        "exact" (springs without linear pieces go to DOP853 under the same criteria) or "houbolt".
+        "houbolt", or "exact": springs without linear pieces run on DOP853 under the same criteria;
+        piecewise-linear springs have no exact engine yet and are refused.
     duration
         Longest time to march, τ.
     dt
@@ -169,7 +170,7 @@ class SimulateOptions:
         Naming every option that is out of range.
     """
 
-    engine: str = "exact"
+    engine: str = "houbolt"
     duration: float = 20_000.0
     dt: float = 0.1
     criteria: str = "scale-free"
@@ -328,7 +329,11 @@ def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]
     from aeroflutter.springs import Hysteresis, PiecewiseLinear
 
     name = options.engine
-    if name == "exact" and not isinstance(spring, PiecewiseLinear | Hysteresis):
+    if name == "exact":
+        if isinstance(spring, PiecewiseLinear | Hysteresis):
+            raise InputError(
+                "engine: exact does not take piecewise-linear springs yet; use houbolt"
+            )
         name = "smooth"
     march: Callable[..., Response] = import_module(f"aeroflutter.timemarch.{name}").march
     return march

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 from derive import symbols as s
 from derive.coalescence import coalescence
@@ -123,7 +124,8 @@ def characteristic_polynomial() -> None:
     E = sp.eye(size)
     E[n : 2 * n, n : 2 * n] = general.M
     plain = (E * closed).applyfunc(sp.cancel)
-    determinant = (s.P * E - plain).det(method="berkowitz")
+    pencil = DomainMatrix.from_Matrix((s.P * E - plain).applyfunc(sp.expand))
+    determinant = pencil.domain.to_sympy((-1) ** size * pencil.charpoly()[-1])
     lags = sp.prod([s.P + bi for bi in b])
     laplace = sp.Poly(impedance(general, s.PHI, speed).det(method="berkowitz"), s.PHI)
     lagged = sp.cancel(lags * deficiency(s.P, a, b))

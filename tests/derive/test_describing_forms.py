@@ -139,6 +139,7 @@ def test_any_start_leads_to_the_same_loop(
     delta_v: float, delta_h: float, bias: float, amplitude: float, first: float
 ) -> None:
     """Where the memory moves at all, the steady loop does not depend on where it started."""
+    amplitude += delta_v / 2 + max(0.0, abs(bias) - delta_h / 2)  # far enough for it to move
     loop, motion = Loop(delta_v, delta_h, 0.0, 0.0), Motion(amplitude, bias)
     bottom, top = loop.extremes(motion, Memory(first, 0.0, 0.0), cycles=1)
     form = forms.hysteresis(amplitude, bias, delta_v, delta_h)

@@ -1,233 +1,31 @@
-"""Pseudo-arclength continuation of the curve residual(x) = 0 of n-1 equations in n unknowns.
-
-The predictor is the tangent, the corrector Newton's method on the hyperplane through the
-prediction (Keller 1977). The step follows the number of Newton iterations and the angle by
-which the curve turns. Folds and zeros of test functions are bracketed by consecutive states and
-then located *on the curve*, by Brent's method along the chord with every trial point corrected.
-A curve that turns sharply (by less than a right angle) has a corner there and is followed
-around it; where the places of corners are known as zeros of `kinks`, it is led through them with
-a tangent from either side. Nothing here knows what the unknowns mean.
-"""
+"""Walking along a curve: predictor, corrector, events, kinks, the faces of the box."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
-from typing import Protocol, TypeVar
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from aeroflutter.errors import ConvergenceError, InputError
-
-Array = NDArray[np.float64]
-Scale = float | Array
-Test = Callable[[Array, Array], float]
-"""A test function of the point and the unit tangent; an event is a change of its sign."""
-
-_ON_KINK = 1e-12  # a kink function below this is zero: the walk stands on the kink
-
-
-class Problem(Protocol):
-    """A curve in n unknowns. Obligations:
-
-    1. The residual vanishes on the curve and is smooth, or at least Lipschitz.
-    2. The Jacobian is its derivative (one-sided at a kink).
-    3. Where x has no meaning, either is not finite or raises ConvergenceError; the step is then
-       shortened.
-    """
-
-    def residual(self, x: Array) -> Array:
-        """Value at x, shape (n-1,)."""
-        ...
-
-    def jacobian(self, x: Array) -> Array:
-        """Derivative at x, shape (n-1, n)."""
-        ...
-
-
-@dataclass(frozen=True, kw_only=True)
-class ContinuationOptions:
-    """How to walk. Lengths are measured in unknowns divided by `scale`.
-
-    Parameters
-    ----------
-    step, min_step, max_step
-        First, smallest and largest step along the curve.
-    max_states
-        States after which a walk stops.
-    tolerance
-        Last Newton update, relative to 1 + |x|; the error is of the order of its square.
-    max_newton, aim_newton
-        Iterations after which a correction has failed, and the number the step aims at.
-    max_turn
-        Largest angle between consecutive tangents, radians.
-    locate
-        Tolerance on the arclength of located events.
-    low, high
-        Box, shape (n,) or scalars; the walk ends exactly on its faces.
-    scale
-        Size of each unknown, shape (n,) or a scalar.
-    folds
-        Extrema to locate: {"fold": 0} names those of the first unknown.
-    closing
-        Distance within which a walk has come back to its start.
-    """
-
-    step: float = 0.02
-    min_step: float = 1e-8
-    max_step: float = 0.2
-    max_states: int = 2000
-    tolerance: float = 1e-10
-    max_newton: int = 8
-    aim_newton: int = 3
-    max_turn: float = 0.35
-    locate: float = 1e-13
-    low: ArrayLike = -np.inf
-    high: ArrayLike = np.inf
-    scale: ArrayLike = 1.0
-    folds: Mapping[str, int] = field(default_factory=dict)
-    closing: float = 1e-6
-
-    def __post_init__(self) -> None:
-        problems = [
-            f"{entry.name}: must be positive, not {getattr(self, entry.name)!r}"
-            for entry in fields(self)
-            if entry.type in ("int", "float") and not getattr(self, entry.name) > 0
-        ]
-        if not problems and not self.min_step <= self.step <= self.max_step:
-            span = f"[{self.min_step!r}, {self.max_step!r}]"
-            problems.append(f"step: must lie in [min_step, max_step] = {span}, not {self.step!r}")
-        if not np.all(np.asarray(self.scale) > 0):
-            problems.append(f"scale: every entry must be positive, not {self.scale!r}")
-        if not np.all(np.asarray(self.low) < np.asarray(self.high)):
-            problems.append("low, high: every low must be below its high")
-        if problems:
-            raise InputError(problems)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class State:
-    """A point of the curve.
-
-    Attributes
-    ----------
-    x, tangent
-        Point and tangent along the walk, shape (n,), of unit length in scaled unknowns.
-    arclength
-        Sum of chords from the start, in scaled unknowns; negative on the way back.
-    tests, newton
-        Value of every test function; Newton iterations spent.
-    corner
-        Whether the curve has a corner here, or just before, within `min_step`.
-    """
-
-    x: Array
-    tangent: Array
-    arclength: float = 0.0
-    tests: dict[str, float] = field(default_factory=dict)
-    newton: int = 0
-    corner: bool = False
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Event:
-    """A located zero of a test function; `jump` where it changes sign without a zero."""
-
-    name: str
-    x: Array
-    tangent: Array
-    arclength: float
-    jump: bool = False
-
+from aeroflutter.continuation.newton import correct, scale_of, show, tangent_at
+from aeroflutter.continuation.problem import (
+    Array,
+    Branch,
+    ContinuationOptions,
+    Event,
+    Problem,
+    State,
+    Test,
+)
+from aeroflutter.errors import ConvergenceError
 
 Place = TypeVar("Place", State, Event)
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Branch:
-    """A traced curve: states and events by ascending arclength.
-
-    Attributes
-    ----------
-    stops
-        Why the curve ends at its first and at its last state.
-    closed
-        Whether it is a loop; its first point is then repeated at the end.
-    """
-
-    states: tuple[State, ...]
-    events: tuple[Event, ...]
-    stops: tuple[str, str]
-    closed: bool
-
-    @property
-    def x(self) -> Array:
-        """Points, shape (m, n)."""
-        return np.array([state.x for state in self.states])
-
-
-def correct(
-    problem: Problem,
-    x: ArrayLike,
-    direction: ArrayLike | None = None,
-    options: ContinuationOptions | None = None,
-) -> tuple[Array, int]:
-    """Newton's method onto the curve, in the hyperplane through `x` normal to `direction`.
-
-    Without a direction every update is the shortest one (Gauss-Newton).
-
-    Returns
-    -------
-    x, iterations
-
-    Raises
-    ------
-    ConvergenceError
-        After `max_newton` iterations, or where the problem is undefined or singular.
-    """
-    options = options or ContinuationOptions()
-    scale = _scale(x, options)
-    point = np.array(x, dtype=float)
-    for iteration in range(1, options.max_newton + 1):
-        update = scale * _newton_update(problem, point, direction, scale)
-        point = point + update
-        size = np.linalg.norm(update / scale)
-        if not np.isfinite(size):
-            break
-        if size <= options.tolerance * (1.0 + np.linalg.norm(point / scale)):
-            return point, iteration
-    raise ConvergenceError(f"Newton's method did not converge near x = {_show(x)}", point)
-
-
-def tangent_at(problem: Problem, x: Array, along: Array | None = None, scale: Scale = 1.0) -> Array:
-    """Unit tangent at a point of the curve, on the side of `along` where it is given."""
-    try:
-        if along is None:
-            vector = np.linalg.svd(problem.jacobian(x) * scale)[2][-1]
-        else:
-            vector = np.linalg.solve(_bordered(problem, x, along, scale), np.eye(x.size)[-1])
-    except np.linalg.LinAlgError:
-        raise ConvergenceError(f"the curve has no tangent at x = {_show(x)}", x) from None
-    return np.asarray(scale * vector / np.linalg.norm(vector))
-
-
-def branch_test(problem: Problem, scale: Scale = 1.0) -> Test:
-    """Test function whose simple zeros are branch points: det of Jacobian and tangent."""
-    return lambda x, tangent: float(np.linalg.det(_bordered(problem, x, tangent, scale)))
-
-
-def branch_direction(problem: Problem, x: Array, tangent: Array, scale: Scale = 1.0) -> Array:
-    """At a simple branch point, the direction in the Jacobian's null space across the tangent.
-
-    At a symmetric pitchfork it is the tangent of the other branch; elsewhere a start for it.
-    """
-    return np.asarray(scale * np.linalg.svd(_bordered(problem, x, tangent, scale))[2][-1])
-
-
-def _bordered(problem: Problem, x: Array, row: Array, scale: Scale) -> Array:
-    return np.vstack((problem.jacobian(x) * scale, row / scale))
+_ON_KINK = 1e-12  # a kink function below this is zero: the walk stands on the kink
+_BEYOND = 1e-6  # how far beyond a kink its other tangent is taken
 
 
 class Walk:
@@ -271,7 +69,7 @@ class Walk:
         self.tests = {**(tests or {}), **folds, **self.kinks}
         self.stop, self.closed = "", False
         self.events: list[Event] = []
-        self.scale = _scale(start, self.options)
+        self.scale = scale_of(start, self.options)
         side = None if along is None else np.asarray(along, dtype=float)
         normal = None if side is None else side / self.scale**2
         x, newton = correct(problem, start, normal, self.options)
@@ -307,25 +105,33 @@ class Walk:
             if new is not None and step <= o.min_step:
                 return replace(new, corner=True), o.step
             if step <= o.min_step:
-                self.stop = f"{failure}; the step fell to min_step at x = {_show(old.x)}"
+                self.stop = f"{failure}; the step fell to min_step at x = {show(old.x)}"
                 return None, step
             step = max(o.min_step, step * max(0.1, min(0.5, o.max_turn / turn)))
 
     def _try(self, old: State, step: float) -> tuple[State | None, float, str]:
+        """One step: the new state, the angle by which the curve has turned, what went wrong."""
+        guess = old.x + step * old.tangent
         try:
-            guess = old.x + step * old.tangent
-            x, newton = correct(self.problem, guess, old.tangent / self.scale**2, self.options)
-            tangent = tangent_at(self.problem, x, old.tangent, self.scale)
+            new, turn = self._corrected(old, guess)
         except ConvergenceError as error:
-            return None, 1.0, str(error)
+            kink = self._landed(old, guess)
+            return (None, 1.0, str(error)) if kink is None else (kink, 0.0, "")
+        kink = self._first_kink(old, new)
+        if kink is None and turn > self.options.max_turn:
+            kink = self._landed(old, guess)
+        return (new, turn, "") if kink is None else (kink, 0.0, "")
+
+    def _corrected(self, old: State, guess: Array) -> tuple[State, float]:
+        x, newton = correct(self.problem, guess, old.tangent / self.scale**2, self.options)
+        tangent = tangent_at(self.problem, x, old.tangent, self.scale)
         cosine = np.clip(np.sum(tangent * old.tangent / self.scale**2), -1.0, 1.0)
         chord = float(np.linalg.norm((x - old.x) / self.scale))
         new = self._state(x, tangent, old.arclength + chord, newton)
-        kink = self._first_kink(old, new)
-        return (new, float(np.arccos(cosine)), "") if kink is None else (kink, 0.0, "")
+        return new, float(np.arccos(cosine))
 
     def _first_kink(self, old: State, new: State) -> State | None:
-        """The kink that a step crosses first, with the tangent beyond it."""
+        """The kink that a step has crossed first, with the tangent beyond it."""
         found = []
         for name in self.kinks:
             if abs(old.tests[name]) > _ON_KINK and old.tests[name] * new.tests[name] < 0:
@@ -334,10 +140,55 @@ class Walk:
         if not found:
             return None
         kink, name = min(found, key=lambda entry: entry[0].arclength)
-        beyond = kink.x + 1e-6 * (new.x - kink.x)
-        tangent = tangent_at(self.problem, beyond, new.x - old.x, self.scale)
-        tests = self._state(kink.x, tangent, 0.0, 0).tests | {name: 0.0}
-        return replace(kink, tangent=tangent, tests=tests, corner=True)
+        tangent = tangent_at(
+            self.problem, kink.x + _BEYOND * (new.x - kink.x), new.x - old.x, self.scale
+        )
+        return self._on_kink(kink, tangent, name)
+
+    def _landed(self, old: State, guess: Array) -> State | None:
+        """The kink that a failed step would have crossed first, if the curve leads there.
+
+        Beyond a kink the curve may turn back by more than a right angle, where the step's
+        hyperplane misses it; so Newton's method is run within the kink itself.
+        """
+        crossed = []
+        for name, kink in self.kinks.items():
+            here, there = old.tests[name], float(kink(guess, old.tangent))
+            if abs(here) > _ON_KINK and here * there < 0:
+                crossed.append((here / (here - there), name))
+        if not crossed:
+            return None
+        fraction, name = min(crossed)
+        try:
+            return self._land(old, old.x + fraction * (guess - old.x), guess, name)
+        except ConvergenceError:
+            return None
+
+    def _land(self, old: State, x: Array, guess: Array, name: str) -> State | None:
+        kink = self.kinks[name]
+        for _ in range(self.options.max_newton):
+            normal = self._gradient(kink, x, old.tangent)
+            across = self.scale**2 * normal / float(np.sum((self.scale * normal) ** 2))
+            x = x - float(kink(x, old.tangent)) * across
+            x, newton = correct(self.problem, x, normal, self.options)
+            if abs(float(kink(x, old.tangent))) < _ON_KINK:
+                break
+        chord, reach = (float(np.linalg.norm((p - old.x) / self.scale)) for p in (x, guess))
+        if chord > 2 * reach or abs(float(kink(x, old.tangent))) > _ON_KINK:
+            return None
+        ahead = -np.sign(old.tests[name])
+        tangent = tangent_at(self.problem, x + ahead * _BEYOND * across, None, self.scale)
+        tangent = tangent * (ahead * np.sign(float(normal @ tangent)) or 1.0)
+        return self._on_kink(self._state(x, tangent, old.arclength + chord, newton), tangent, name)
+
+    def _gradient(self, kink: Test, x: Array, tangent: Array) -> Array:
+        steps = 1e-6 * np.diag(self.scale)
+        rise = [float(kink(x + h, tangent)) - float(kink(x - h, tangent)) for h in steps]
+        return np.array(rise) / (2e-6 * self.scale)
+
+    def _on_kink(self, state: State, tangent: Array, name: str) -> State:
+        tests = self._state(state.x, tangent, 0.0, 0).tests | {name: 0.0}
+        return replace(state, tangent=tangent, tests=tests, corner=True)
 
     def _next_step(self, step: float, newton: int, turn: float) -> float:
         low, high = self.options.min_step, self.options.max_step
@@ -473,28 +324,3 @@ def trace(
 
 def _reversed(place: Place) -> Place:
     return replace(place, tangent=-place.tangent, arclength=-place.arclength)
-
-
-def _scale(x: ArrayLike, options: ContinuationOptions) -> Array:
-    return np.broadcast_to(np.asarray(options.scale, dtype=float), np.shape(x))
-
-
-def _newton_update(
-    problem: Problem, point: Array, direction: ArrayLike | None, scale: Array
-) -> Array:
-    """Scaled Newton update; not finite where the problem is."""
-    residual, jacobian = problem.residual(point), problem.jacobian(point) * scale
-    if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
-        return np.full(point.shape, np.nan)
-    try:
-        if direction is None:
-            return np.asarray(-np.linalg.lstsq(jacobian, residual)[0])
-        row = np.asarray(direction, dtype=float) * scale
-        matrix = np.vstack((jacobian, row / np.linalg.norm(row)))
-        return np.asarray(np.linalg.solve(matrix, -np.append(residual, 0.0)))
-    except np.linalg.LinAlgError:
-        return np.full(point.shape, np.nan)
-
-
-def _show(x: ArrayLike) -> str:
-    return "(" + ", ".join(f"{value:.6g}" for value in np.asarray(x, dtype=float)) + ")"

@@ -1,0 +1,84 @@
+"""How the cells of one group end: the exact engine all at once, the others cell by cell."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.maps.cells import Group
+from aeroflutter.springs import Hysteresis, PiecewiseLinear
+from aeroflutter.timemarch.response import STATES, SimulateOptions
+
+__all__ = ["FAILED", "Ends", "decide"]
+
+Array = NDArray[np.float64]
+
+FAILED = -1  # code of a cell whose block could not be computed
+PATIENCE = 50  # times `cycles` that a motion still settling may take on the exact engine
+
+
+class Ends(NamedTuple):
+    """How m motions end.
+
+    Attributes
+    ----------
+    state
+        Places in `STATES`, (m,).
+    amplitude, bias, period, rest
+        As in `timemarch.response.Response`, rad and τ, (m,).
+    time
+        When the end was certain, τ, (m,).
+    """
+
+    state: NDArray[np.int8]
+    amplitude: Array
+    bias: Array
+    period: Array
+    rest: Array
+    time: Array
+
+
+def decide(group: Group, options: SimulateOptions) -> Ends:
+    """End states of the cells of a group.
+
+    Cells are decided in their order. On the exact engine an attracting cycle that one cell has
+    found is known to those after it; what it takes to be attracted to it is the same for all.
+    """
+    straight = isinstance(group.spring, PiecewiseLinear | Hysteresis)
+    if options.engine == "exact" and straight:
+        return _exact(group, options)
+    return _one_by_one(group, options, straight)
+
+
+def _exact(group: Group, options: SimulateOptions) -> Ends:
+    from aeroflutter.timemarch.endstates import EndOptions, end_states
+    from aeroflutter.timemarch.prepared import Prepared
+
+    limits = EndOptions(
+        cycles=options.cycles,
+        patience=PATIENCE,
+        growth=options.growth,
+        duration=options.duration,
+    )
+    prepared = Prepared.of(group.system, group.spring, options.step_cap)
+    ends = end_states(prepared, group.states, group.memory, limits, share=True)
+    return Ends(
+        ends.state.astype(np.int8), ends.amplitude, ends.bias, ends.period, ends.rest, ends.time
+    )
+
+
+def _one_by_one(group: Group, options: SimulateOptions, straight: bool) -> Ends:
+    from aeroflutter.timemarch import houbolt, smooth
+
+    engine = houbolt if straight or options.engine == "houbolt" else smooth
+    ends = Ends(
+        np.zeros(group.index.size, dtype=np.int8), *(np.empty(group.index.size) for _ in range(5))
+    )
+    for i, (state, memory) in enumerate(zip(group.states, group.memory, strict=True)):
+        found = engine.march(group.system, group.spring, state, float(memory), options)
+        ends.state[i] = STATES.index(found.state)
+        ends.amplitude[i], ends.bias[i] = found.amplitude, found.bias
+        ends.period[i], ends.rest[i], ends.time[i] = found.period, found.rest, found.duration
+    return ends

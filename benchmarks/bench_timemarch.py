@@ -1,0 +1,175 @@
+"""Time marching: the thesis's method in Fortran, compiled Houbolt, the exact engine and SciPy.
+
+All march the same cells of run 14 (hysteresis, limit cycles, so that no engine may stop early) side
+by side in one run; medians of alternated rounds of CPU time, compilation left out.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from statistics import median
+from time import process_time
+
+import numpy as np
+
+from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+from aeroflutter.rootlocus import flutter_speed
+from aeroflutter.timemarch.houbolt import march as houbolt_march
+from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
+from benchmarks import Measurement
+
+SOURCE = Path(__file__).parent / "houbolt_map.f90"
+FLAGS = ["-O3", "-march=native", "-ffast-math"]
+OMEGA_BAR, DELTA_V, DELTA_H = 0.8, 1.0, 0.2
+RATIOS, PITCHES = np.linspace(0.935, 0.955, 10), np.linspace(6.0, 8.0, 5)
+DT, STEPS = 0.1, 50_000
+ROUNDS = 7
+SCIPY_TAU = 200.0
+
+FORTRAN, COMPILED = "Houbolt, Fortran", "Houbolt, compiled"
+EXACT, SCIPY = "exact engine", "SciPy DOP853 with events"
+
+FAMILY = SectionFamily(TypicalSection(omega_bar=OMEGA_BAR))
+SPRING = Hysteresis(np.radians(DELTA_V), np.radians(DELTA_H))
+
+
+def measure() -> Iterator[Measurement]:
+    """CPU time a unit of simulated tau and a step, and each engine's share of the baseline's."""
+    reference = flutter_speed(FAMILY)
+    assert reference is not None
+    systems = [FAMILY.at(ratio * reference) for ratio in RATIOS]
+    cells = [(system, Initial(alpha=np.radians(a))) for system in systems for a in PITCHES]
+    simulated = len(cells) * STEPS * DT
+    with tempfile.TemporaryDirectory() as folder:
+        runs: dict[str, tuple[Callable[[], float], float]] = {
+            COMPILED: (lambda: _houbolt(cells), simulated),
+            EXACT: (lambda: _exact(cells), simulated),
+            SCIPY: (lambda: _scipy(cells[0]), SCIPY_TAU),
+        }
+        fortran = _fortran(Path(folder), reference)
+        if fortran is not None:
+            runs = {FORTRAN: (fortran, simulated), **runs}
+        seconds = _alternated({name: run for name, (run, _) in runs.items()})
+    per_tau = {name: seconds[name] / tau for name, (_, tau) in runs.items()}
+    for name, value in per_tau.items():
+        yield Measurement(f"{name}, a unit of tau", 1e9 * value, "ns")
+        if name in (FORTRAN, COMPILED):
+            yield Measurement(f"{name}, a step", 1e9 * DT * value, "ns")
+    if FORTRAN not in per_tau:
+        print("  gfortran is not installed: no baseline to compare with")
+    else:
+        for name, aim in ((COMPILED, 1.5), (EXACT, 0.5), (SCIPY, None)):
+            share = per_tau[name] / per_tau[FORTRAN]
+            yield Measurement(f"{name}, of the Fortran's CPU time", share, "", target=aim)
+    yield Measurement("exact engine, a cell until it is decided", 1e6 * _decided(cells), "us")
+
+
+def _alternated(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
+    """Median CPU seconds of each, taken in turn; the first turn compiles and does not count."""
+    taken: dict[str, list[float]] = {name: [] for name in runs}
+    for turn in range(ROUNDS + 1):
+        for name, run in runs.items():
+            seconds = run()
+            if turn:
+                taken[name].append(seconds)
+    return {name: median(values) for name, values in taken.items()}
+
+
+def _fortran(folder: Path, reference: float) -> Callable[[], float] | None:
+    """The baseline on the same cells; None without a Fortran compiler."""
+    compiler = shutil.which("gfortran")
+    if compiler is None:
+        return None
+    program = folder / "houbolt_map"
+    subprocess.run([compiler, *FLAGS, "-o", program, SOURCE], check=True, cwd=folder)
+    grid = (RATIOS.size, PITCHES.size, RATIOS[0], RATIOS[-1], PITCHES[0], PITCHES[-1])
+    words = [OMEGA_BAR, reference, DELTA_V, DELTA_H, *grid, DT, STEPS]
+
+    def run() -> float:
+        found = subprocess.run(
+            [program, *map(str, words)], check=True, capture_output=True, text=True
+        ).stdout.split()
+        cycles = int(found[-2])
+        assert cycles == RATIOS.size * PITCHES.size, "a cell stopped early"
+        return float(found[found.index("seconds") + 1])
+
+    return run
+
+
+def _houbolt(cells: list) -> float:
+    options = SimulateOptions.thesis(record=False, dt=DT, duration=STEPS * DT)
+    begun = process_time()
+    for system, start in cells:
+        run = houbolt_march(system, SPRING, *start.start(system, SPRING), options)
+        assert run.duration >= STEPS * DT - DT
+    return process_time() - begun
+
+
+def _exact(cells: list) -> float:
+    options = SimulateOptions(record=False, decide=False, duration=STEPS * DT)
+    begun = process_time()
+    for system, start in cells:
+        run = simulate(system, SPRING, start, options)
+        assert run.duration >= STEPS * DT - DT
+    return process_time() - begun
+
+
+def _decided(cells: list) -> float:
+    """CPU seconds a cell when the exact engine may stop at its decision."""
+    options = SimulateOptions(record=False)
+    begun = process_time()
+    for system, start in cells:
+        simulate(system, SPRING, start, options)
+    return (process_time() - begun) / len(cells)
+
+
+def _scipy(cell: tuple) -> float:
+    """DOP853 restarted at every switch of the loop, the way it is done by hand."""
+    from scipy.integrate import solve_ivp
+
+    system, start = cell
+    A, b, c = system.A, system.b, system.c
+    x, h = start.start(system, SPRING)
+    begun, time = process_time(), 0.0
+    while time < SCIPY_TAU:
+        y, v = c @ x, c @ (A @ x)
+        flat = None
+        if v > 0 and h < SPRING.h_high and y >= h + SPRING.v1 - 1e-12:
+            flat, events = (
+                SPRING.v1,
+                [_event(c @ A, 0.0, -1), _event(c, SPRING.h_high + SPRING.v1, 1)],
+            )
+        elif v < 0 and h > SPRING.h_low and y <= h + SPRING.v2 + 1e-12:
+            flat, events = (
+                SPRING.v2,
+                [_event(c @ A, 0.0, 1), _event(c, SPRING.h_low + SPRING.v2, -1)],
+            )
+        else:
+            events = [_event(c, h + SPRING.v1, 1)] if h < SPRING.h_high else []
+            events += [_event(c, h + SPRING.v2, -1)] if h > SPRING.h_low else []
+        slope, offset = (1.0, -h) if flat is None else (0.0, flat)
+        closed, push = A - slope * np.outer(b, c), b * offset
+        leg = solve_ivp(
+            lambda t, z, closed=closed, push=push: closed @ z - push,
+            (time, SCIPY_TAU),
+            x,
+            "DOP853",
+            events=events,
+            rtol=1e-9,
+            atol=1e-12,
+        )
+        time, x = float(leg.t[-1]), leg.y[:, -1]
+        h = float(SPRING.advance(h, c @ x))
+    return process_time() - begun
+
+
+def _event(row: np.ndarray, value: float, direction: int) -> Callable[[float, np.ndarray], float]:
+    def crossing(_: float, x: np.ndarray) -> float:
+        return float(row @ x) - value
+
+    crossing.terminal, crossing.direction = True, direction  # type: ignore[attr-defined]
+    return crossing
