@@ -37,11 +37,11 @@ def simulate(
         float | None, Parameter(help="Initial pitch in degrees; the case's own by default.")
     ] = None,
     engine: Annotated[
-        Literal["exact", "houbolt"],
+        Literal["auto", "exact", "houbolt"],
         Parameter(
-            help="exact has no time-step error; for now it takes cubic springs only (DOP853)."
+            help="auto is exact for cubic springs (DOP853), houbolt for piecewise-linear ones."
         ),
-    ] = "houbolt",
+    ] = "auto",
     dt: Annotated[
         float, Parameter(help="Houbolt's step in tau; with exact, the spacing of the samples.")
     ] = 0.1,

@@ -43,7 +43,7 @@ __all__ = [
 
 State = Literal["damped", "lco", "aperiodic", "divergent", "undecided"]
 STATES: tuple[State, ...] = ("damped", "lco", "aperiodic", "divergent", "undecided")
-ENGINES = ("exact", "houbolt")
+ENGINES = ("auto", "exact", "houbolt")
 CRITERIA = ("scale-free", "thesis")
 MOTION = ("alpha", "alpha_rate", "xi", "xi_rate")
 
@@ -140,8 +140,9 @@ class SimulateOptions:
     Parameters
     ----------
     engine
-        "houbolt", or "exact": springs without linear pieces run on DOP853 under the same criteria;
-        piecewise-linear springs have no exact engine yet and are refused.
+        "houbolt"; "exact", which runs springs without linear pieces on DOP853 under the same
+        criteria and refuses piecewise-linear ones, for which there is no exact engine yet; or
+        "auto": exact where there is one, Houbolt's scheme elsewhere.
     duration
         Longest time to march, τ.
     dt
@@ -170,7 +171,7 @@ class SimulateOptions:
         Naming every option that is out of range.
     """
 
-    engine: str = "houbolt"
+    engine: str = "auto"
     duration: float = 20_000.0
     dt: float = 0.1
     criteria: str = "scale-free"
@@ -328,13 +329,10 @@ def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]
     """The `march` of the engine that fits; each is imported only when it is wanted."""
     from aeroflutter.springs import Hysteresis, PiecewiseLinear
 
-    name = options.engine
-    if name == "exact":
-        if isinstance(spring, PiecewiseLinear | Hysteresis):
-            raise InputError(
-                "engine: exact does not take piecewise-linear springs yet; use houbolt"
-            )
-        name = "smooth"
+    pieces = isinstance(spring, PiecewiseLinear | Hysteresis)
+    if options.engine == "exact" and pieces:
+        raise InputError("engine: exact does not take piecewise-linear springs yet; use houbolt")
+    name = "houbolt" if pieces or options.engine == "houbolt" else "smooth"
     march: Callable[..., Response] = import_module(f"aeroflutter.timemarch.{name}").march
     return march
 

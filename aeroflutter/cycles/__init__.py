@@ -1,0 +1,1 @@
+"""Exact limit cycles of piecewise-linear springs: shooting and continuation (being built)."""

@@ -1,0 +1,1 @@
+"""Flutter maps: grid, cells and a store that survives (being built)."""
