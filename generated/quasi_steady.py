@@ -314,7 +314,7 @@ def discriminant_coefficients(
 def flutter_speed(
     mu: float, x_alpha: float, r_alpha: float, omega_bar: float, stiffness: ArrayLike
 ) -> Array:
-    """Speed at which the frequencies meet, for a_h = -1/2 and no damping.
+    """Speed at which the frequencies meet, for a_h = -1/2, no damping and a stiffness above zero.
 
     Parameters
     ----------

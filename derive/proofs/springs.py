@@ -200,7 +200,7 @@ PROOFS = (
     Proof(
         "corner",
         r"$X$ and $S$ of a corner, and their derivatives, are the integrals of "
-        r"$|\sin\theta - \sin g|$.",
+        r"$\lvert\sin\theta - \sin g\rvert$.",
         corner_integrals,
     ),
     Proof(
