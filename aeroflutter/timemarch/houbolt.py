@@ -36,6 +36,7 @@ __all__ = ["march"]
 
 STEPS_A_PERIOD = 8  # fewer do not resolve an oscillation at all
 MOST_SAMPLES = 2_000_000
+PERIODS_A_WINDOW = 4
 RECURRENCE = 2e-3  # switches fall anywhere within a step, so a cycle never repeats exactly
 DRIFT = 1e-4
 
@@ -71,7 +72,7 @@ def march(
             f"dt: {options.dt!r} takes {shortest / options.dt:.2g} steps for the fastest "
             f"oscillation (period {shortest:.4g}); take at most {shortest / STEPS_A_PERIOD:.3g}"
         )
-    window = longest if np.isfinite(longest) else 1000 * options.dt
+    window = PERIODS_A_WINDOW * longest if np.isfinite(longest) else 0.0
     run = _Run(system, spring, scheme, state, memory, options, window)
     run.go()
     return run.response()
@@ -167,7 +168,7 @@ class _Run:
         self.system, self.spring, self.scheme, self.options = system, spring, scheme, options
         self.law = spring_law(spring)
         self.total = int(np.ceil(options.duration / options.dt - 1e-9))
-        self.window = int(np.clip(window / options.dt, 200, 100_000))
+        self.window = int(np.clip(window / options.dt, 1000, 100_000))
         start, states = _Buffers.start(scheme, self.law, system, state, memory)
         self.buffers = start.grown(self.window)
         self.turns = np.empty(self.window + 2), np.empty(self.window + 2)
@@ -218,29 +219,31 @@ class _Run:
         count = turning_points(Y[1:], first, dt, 1e-14 * self.watch.size, times, values)
         verdict = self.watch.add(times[:count].copy(), values[:count].copy(), Y[3:])
         if verdict is None and switch == 0:
-            verdict = self.watch.trapped(self._states(steps)[-1], float(self.buffers.H[steps + 2]))
+            verdict = self.watch.trapped(*self.end)
         return verdict
 
-    def _states(self, steps: int) -> Array:
-        """States after each of the steps of the window, shape (steps, n)."""
+    def _states(self, first: int, last: int) -> Array:
+        """States after the steps `first` to `last` of the window, shape (last - first, n)."""
         form, Q = self.scheme.form, self.buffers.Q
         with np.errstate(over="ignore", invalid="ignore"):
-            rates = sum(VELOCITY[k] * Q[k : steps + k] for k in range(4)) / self.options.dt
-            J = self.buffers.J[3 : steps + 3, : form.lag_rate.size]
-            return form.state(Q[3 : steps + 3], np.asarray(rates), J)
+            old = (weight * Q[first + k : last + k] for k, weight in enumerate(VELOCITY))
+            rates = np.asarray(sum(old)) / self.options.dt
+            J = self.buffers.J[first + 3 : last + 3, : form.lag_rate.size]
+            return form.state(Q[first + 3 : last + 3], rates, J)
 
     def _keep(self, steps: int) -> None:
         """Remember where the window ended, and every `stride`-th sample of it."""
         Y, H = self.buffers.Y, self.buffers.H[3 : steps + 3]
-        states = self._states(steps)
         self.tail.append(Y[3 : steps + 3].copy())
-        whole = np.isfinite(states).all(axis=1)  # all but the last, if the march has overflowed
-        states, H = states[whole], H[whole]
-        if states.size:
-            self.end = states[-1], float(H[-1])
+        for last in range(steps, max(steps - 3, 0), -1):  # the very last may have overflowed
+            state = self._states(last - 1, last)[0]
+            if np.isfinite(state).all():
+                self.end = state, float(H[last - 1])
+                break
         if self.options.record:
-            index = np.arange(self.done - steps + 1, self.done + 1)[whole]
-            pick = slice(-(self.done - steps + 1) % self.stride, None, self.stride)
+            index = np.arange(self.done - steps + 1, self.done + 1)
+            states = self._states(0, steps)
+            pick = np.isfinite(states).all(axis=1) & (index % self.stride == 0)
             self.kept.append((index[pick], states[pick], H[pick].copy()))
 
     def response(self) -> Response:
