@@ -1,0 +1,232 @@
+"""One leg of a family of cycles: a walk from one starting place, in units of one size.
+
+The walk comes from the pseudo-arclength continuation. Its test functions locate folds and changes of
+stability; changes of the switching sequence have no test function that a sequence-free map could
+offer and are bisected. Where the memory meets a stop the map has a kink and the curve a corner,
+which may turn by more than a right angle; `turned` finds the way on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.continuation import (
+    ContinuationOptions,
+    Event,
+    State,
+    Test,
+    Walk,
+    correct,
+    tangent_at,
+)
+from aeroflutter.cycles.measure import Frame, anchored, cycle_at, sizes_of, trace_of
+from aeroflutter.cycles.options import CycleOptions
+from aeroflutter.cycles.result import Cycle
+from aeroflutter.cycles.shooting import Shooting
+from aeroflutter.cycles.spectrum import Spectrum, spectrum
+from aeroflutter.errors import ConvergenceError
+
+__all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned", "unlikeness"]
+
+Array = NDArray[np.float64]
+Switches = tuple[tuple[int, int], ...]
+
+FOLD, FLIP, TORUS, RETURN = "fold", "flip", "torus", "return"
+STALLED = "Newton's method fails at any step"
+
+_PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and of U/U_ref in the arclength
+_SLOPE = 0.3  # a start is flat below this fraction of a sinusoid's steepest slope
+_LOCATE = 1e-11  # U/U_ref to which a change of sequence is located
+_CHANGES = 12  # changes of sequence within one step
+_SMALLEST = 1e-9  # step
+_REACHES = (1e-7, 1e-6, 1e-5, 1e-4)  # how far beyond a corner its other side is looked at
+_WAY_BACK = 1.0 - 1e-6  # cosine beyond which a turn only leads back
+
+
+@dataclass(eq=False)
+class Leg:
+    """A walk with what it needs.
+
+    Attributes
+    ----------
+    frame, shooting, walk
+        The search, the equations and the walk along their solutions.
+    sizes
+        Half the peak-to-peak of every entry of z at the start of the leg, (m,).
+    offset
+        Distance along the strand at which it starts.
+    """
+
+    frame: Frame
+    shooting: Shooting
+    sizes: Array
+    walk: Walk
+    offset: float
+
+    def cycle(self, state: State) -> Cycle:
+        """The cycle at a state of the walk."""
+        return cycle_at(self.frame, self.shooting, state.x)
+
+    def switches(self, x: Array) -> Switches:
+        """Its switching sequence over the (half) period."""
+        return self.shooting.shot(x).passage.switches
+
+    def spectrum(self, x: Array) -> Spectrum:
+        """Eigenvalues of its map."""
+        shot = self.shooting.shot(x)
+        return spectrum(shot, self.sizes, self.shooting.symmetric, self.shooting.loop.memory)
+
+    def flat(self, x: Array, cycle: Cycle) -> bool:
+        """Whether the start has become a bad place to start from."""
+        phase = self.shooting.jacobian(x)[-1, :-2] @ self.shooting.shot(x).rate
+        order = 1 if self.shooting.loop.memory else 2
+        return bool(abs(phase) < _SLOPE * cycle.amplitude * cycle.k**order)
+
+
+def start_leg(
+    frame: Frame,
+    shooting: Shooting,
+    q: Array,
+    along: Array | None,
+    options: CycleOptions,
+    *,
+    offset: float = 0.0,
+    half: float | None = None,
+) -> Leg:
+    """A walk from the best starting place of the cycle near q.
+
+    Parameters
+    ----------
+    along
+        Direction in which to leave; None to choose one.
+    offset
+        Distance walked before.
+    half
+        Sign s if the family may end where z(T/2) = s z: on the family from which it branched.
+
+    Raises
+    ------
+    ConvergenceError
+        If there is no cycle near q.
+    """
+    q, along = anchored(shooting, q, along)
+    hold = float(q[-3]) if shooting.loop.memory else 0.0
+    shooting = Shooting(shooting.loop, shooting.symmetric, shooting.reference, hold)
+    sizes = sizes_of(shooting, trace_of(shooting, q))
+    m = sizes.size
+    low, high = np.full(m + 2, -np.inf), np.full(m + 2, np.inf)
+    low[-1], high[-1] = options.limits(frame)
+    high[-2] = np.log(options.longest_period(frame))
+    settings = ContinuationOptions(
+        step=options.step,
+        max_step=options.max_step,
+        min_step=_SMALLEST,
+        max_states=options.max_states,
+        low=low,
+        high=high,
+        scale=np.concatenate((np.sqrt(m) * sizes, [_PERIOD, _SPEED])),
+        folds={FOLD: m + 1},
+        locate=1e-12,
+    )
+    walk = Walk(shooting, q, along, settings, _tests(shooting, sizes, q, half))
+    return Leg(frame, shooting, sizes, walk, offset)
+
+
+def _tests(shooting: Shooting, sizes: Array, q: Array, half: float | None) -> dict[str, Test]:
+    last: dict[bytes, Spectrum] = {}
+
+    def spec(x: Array) -> Spectrum:
+        key = x.tobytes()
+        if key not in last:
+            last.clear()
+            shot = shooting.shot(x)
+            last[key] = spectrum(shot, sizes, shooting.symmetric, shooting.loop.memory)
+        return last[key]
+
+    tests: dict[str, Test] = {
+        FLIP: lambda x, tangent: spec(x).flip,
+        TORUS: lambda x, tangent: spec(x).torus,
+    }
+    if half is not None:
+        away = unlikeness(shooting, sizes, q, half)
+        tests[RETURN] = lambda x, tangent: float(away @ unlikeness(shooting, sizes, x, half))
+    return tests
+
+
+def unlikeness(shooting: Shooting, sizes: Array, q: Array, sign: float) -> Array:
+    """z(T/2) - sign z, in sizes, (m,): zero where the cycle is one of half the period."""
+    z, period, _ = shooting.unpack(q)
+    return np.asarray((shooting.flow(q).passage(z, period / 2).end - sign * z) / sizes)
+
+
+def located(leg: Leg, events: list[Event]) -> list[tuple[str, State]]:
+    """The events of a step that mean something, by what they are called."""
+    named = [
+        (_kind(leg, event), State(event.x, event.tangent, event.arclength)) for event in events
+    ]
+    return [(kind, state) for kind, state in named if kind]
+
+
+def _kind(leg: Leg, event: Event) -> str:
+    if event.name == FOLD:
+        return "corner" if event.jump else FOLD
+    if event.jump:
+        return ""
+    if event.name == FLIP:
+        return "symmetry-breaking" if leg.shooting.symmetric else "period-doubling"
+    if event.name == TORUS:
+        return "neimark-sacker" if leg.spectrum(event.x).closest_pair_is_complex else ""
+    return event.name
+
+
+def changes(leg: Leg, old: State, new: State) -> list[State]:
+    """Every change of the switching sequence between two states, by bisection."""
+    found: list[State] = []
+    low, state, last = 0.0, old, leg.switches(new.x)
+    while leg.switches(state.x) != last and len(found) < _CHANGES:
+        here, high, beyond = leg.switches(state.x), 1.0, new
+        while high - low > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
+            middle = 0.5 * (low + high)
+            if not low < middle < high:
+                break
+            try:
+                between = leg.walk.between(old, new, middle)
+            except ConvergenceError:
+                return found
+            if leg.switches(between.x) == here:
+                low, state = middle, between
+            else:
+                high, beyond = middle, between
+        found.append(beyond)
+        low, state = high, beyond
+    return found
+
+
+def turned(leg: Leg, last: State) -> tuple[Array, Array] | None:
+    """A start q and a direction beyond a sharp corner at a state, None if there is none.
+
+    The map is smooth for each sequence of switches, and the curve of the next sequence leaves the
+    corner along the null vector of its own Jacobian, even where that is more than a right angle off.
+    """
+    here, scale = leg.switches(last.x), leg.walk.scale
+    for reach in _REACHES:
+        try:
+            ahead = tangent_at(leg.shooting, last.x + reach * last.tangent, None, scale)
+        except ConvergenceError:
+            continue
+        for direction in (ahead, -ahead):
+            turn = float(np.sum(direction * last.tangent / scale**2))
+            found = _beyond(leg, last.x + 1e2 * reach * direction, direction)
+            if found is not None and leg.switches(found) != here and turn > -_WAY_BACK:
+                return found, direction
+    return None
+
+
+def _beyond(leg: Leg, guess: Array, direction: Array) -> Array | None:
+    try:
+        return correct(leg.shooting, guess, direction / leg.walk.scale**2, leg.walk.options)[0]
+    except ConvergenceError:
+        return None
