@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import asdict
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,21 @@ from aeroflutter.maps.cells import Group
 from aeroflutter.springs import Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch.response import STATES, SimulateOptions
 
-__all__ = ["FAILED", "Ends", "decide"]
+__all__ = ["FAILED", "MARCH", "Ends", "decide", "march_identity"]
 
 Array = NDArray[np.float64]
 
 FAILED = -1  # code of a cell whose block could not be computed
 PATIENCE = 50  # times `cycles` that a motion still settling may take on the exact engine
+MARCH = SimulateOptions(record=False, duration=1e7)
+
+
+def march_identity(options: SimulateOptions) -> dict[str, Any]:
+    """Options on which end states depend, in JSON's types."""
+    found = asdict(options)
+    for name in ("progress", "record", "decide"):
+        del found[name]
+    return found
 
 
 class Ends(NamedTuple):

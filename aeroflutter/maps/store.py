@@ -95,7 +95,7 @@ class Store:
         try:
             store = cls(path, group, study, lock)
             store._check()
-        except (KeyError, ValueError, TypeError, OSError) as error:
+        except (KeyError, ValueError, TypeError, RuntimeError, OSError) as error:
             os.close(lock)
             raise _damaged(path, f"{type(error).__name__}: {error}") from error
         except InputError:
@@ -146,10 +146,16 @@ class Store:
         with _writing(self.path):
             self._arrays[name][...] = values
 
-    def annotate(self, attributes: Mapping[str, Any]) -> None:
-        """Attributes of the whole, in JSON's types: provenance and conventions."""
+    def annotate(
+        self, attributes: Mapping[str, Any], variables: Mapping[str, tuple[str, str]]
+    ) -> None:
+        """Attributes of the whole, in JSON's types, and (units, long name) of its variables."""
         with _writing(self.path):
             self._group.attrs.update(dict(attributes))
+            for name in (*self._arrays, *self.study.dimensions):
+                if name in variables:
+                    units, long_name = variables[name]
+                    self._group[name].attrs.update({"units": units, "long_name": long_name})
 
     @property
     def cpu_seconds(self) -> float:

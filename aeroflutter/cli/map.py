@@ -1,0 +1,397 @@
+"""`aeroflutter map`."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Json, Output, numbers, show_facts
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from aeroflutter.case import Case
+    from aeroflutter.cli.studies import CaseCells
+    from aeroflutter.maps import Axis, Executor, FlutterMap, Grid
+
+SMALL = 20_000  # cells up to which threads of this process are as fast as processes
+SPEED_RATIO, ALPHA_DEG = "0.1:1:91", "1:15:29"
+TOLERANCE = 1e-6
+
+Range = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
+
+
+def map(  # noqa: A001 - the command's name
+    case: CaseName,
+    *,
+    speed_ratio: Annotated[
+        Range, Parameter(help=f"Speed ratios U*/U*_L, A:B:N or a,b,c; default {SPEED_RATIO}.")
+    ] = None,
+    speed: Annotated[Range, Parameter(help="Airspeeds U* instead, A:B:N or a,b,c.")] = None,
+    alpha_deg: Annotated[
+        Range, Parameter(help=f"Initial pitch in degrees, A:B:N or a,b,c; default {ALPHA_DEG}.")
+    ] = None,
+    x: Annotated[
+        Range,
+        Parameter(help="Any key of the case along x instead: section.zeta_alpha=0:0.05:50."),
+    ] = None,
+    y: Annotated[
+        Range, Parameter(help="Any key of the case along y instead: spring.delta_h_deg=0.1:1:10.")
+    ] = None,
+    engine: Annotated[
+        Literal["exact", "houbolt"],
+        Parameter(help="exact has no time-step error (cubic springs run on DOP853)."),
+    ] = "exact",
+    dt: Annotated[float, Parameter(help="Houbolt's step in tau.")] = 0.1,
+    duration: Annotated[
+        float | None, Parameter(help="Longest time in tau that a cell may take to be decided.")
+    ] = None,
+    thesis: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="The thesis's settings: Houbolt, 50 000 steps of 0.1, its end states.",
+        ),
+    ] = False,
+    refine: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="Refine the boundaries between the regions by bisection.",
+        ),
+    ] = False,
+    tolerance: Annotated[
+        float, Parameter(help="Width to which --refine goes, in units of either axis.")
+    ] = TOLERANCE,
+    workers: Annotated[
+        int | None,
+        Parameter(
+            help="Worker processes; 0 computes in this process. By default one a core, or "
+            f"threads of this process for maps of at most {SMALL} cells."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        Parameter(help="Compute on the Dask scheduler at this address, tcp://HOST:PORT."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        Parameter(
+            help="Keep the map in this zarr store (.zarr), or in a NetCDF file (.nc) and the store "
+            "of the same name beside it."
+        ),
+    ] = None,
+    resume: Annotated[
+        bool,
+        Parameter(negative=(), show_default=False, help="Go on with the store of --out."),
+    ] = False,
+    overwrite: Annotated[
+        bool,
+        Parameter(negative=(), show_default=False, help="Replace what --out names."),
+    ] = False,
+    plot: Annotated[
+        Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
+    ] = None,
+    json: Json = False,
+    options: CaseOptions = CaseOptions(),
+) -> None:
+    """Flutter map: how the motion ends for every airspeed and initial pitch.
+
+    Cells are damped, lco, aperiodic, divergent or undecided. With --out the map is written block
+    by block; an interrupted run goes on with the same command and --resume.
+    """
+    from aeroflutter.cli.studies import CaseCells
+
+    target = Target(out, resume, overwrite)
+    output = Output(json=json, out=target.netcdf, plot=plot)
+    target.check()
+    output.check()
+    loaded = options.load(case)
+    grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y)
+    cells = CaseCells(loaded.text, loaded.source, grid, fixed)
+    settings = _settings(engine, dt, duration, thesis, tolerance if refine else None)
+    executor = choose_executor(workers, scheduler, grid.cells)
+    begin = time.monotonic()
+    found = _run(loaded, cells, settings, executor, target)
+    wall = time.monotonic() - begin
+    output.deliver(
+        _payload(loaded, found, settings.march.engine, wall, target.store),
+        text=lambda: _print(loaded, found, wall, target.store),
+        dataset=lambda: _dataset(loaded, found),
+        figure=lambda: _figure(loaded, cells, found),
+    )
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a map goes, and what may be there already."""
+
+    out: Path | None
+    resume: bool
+    overwrite: bool
+
+    @property
+    def store(self) -> Path | None:
+        """The zarr store."""
+        if self.out is None or self.out.suffix == ".zarr":
+            return self.out
+        return self.out.with_suffix(".zarr")
+
+    @property
+    def netcdf(self) -> Path | None:
+        """The NetCDF file."""
+        return None if self.out == self.store else self.out
+
+    def check(self) -> None:
+        """Refuse what cannot be, before any work is done.
+
+        Raises
+        ------
+        InputError
+            For a suffix that is neither, a file that is there, or options that exclude others.
+        """
+        if self.out is None:
+            if self.resume or self.overwrite:
+                flag = "--resume" if self.resume else "--overwrite"
+                raise InputError(f"{flag}: name the store with --out")
+            return
+        if self.resume and self.overwrite:
+            raise InputError("--resume: excludes --overwrite; give one of the two")
+        if self.out.suffix not in (".nc", ".zarr"):
+            raise InputError(f"--out {self.out}: must end in .zarr or .nc")
+        if not self.out.parent.is_dir():
+            raise InputError(
+                f"--out {self.out}: there is no folder {self.out.parent}; create it first"
+            )
+        if self.netcdf and self.netcdf.exists() and not (self.resume or self.overwrite):
+            raise InputError(
+                f"{self.netcdf}: exists; give another name, --resume to go on with its store, "
+                "or --overwrite to replace it"
+            )
+
+
+def axes(
+    speed_ratio: str | None, speed: str | None, alpha_deg: str | None, x: str | None, y: str | None
+) -> tuple[Grid, tuple[str, float] | None]:
+    """The grid that the options ask for, and the airspeed where it does not vary.
+
+    Raises
+    ------
+    InputError
+        If they ask for more or fewer than two axes.
+    """
+    from aeroflutter.maps import Axis, Grid
+
+    if speed_ratio is not None and speed is not None:
+        raise InputError("--speed: excludes --speed-ratio; give one of the two")
+    given = [_keyed(option, text) for option, text in (("--x", x), ("--y", y)) if text is not None]
+    keys = [axis.key for axis in given]
+    flow = Axis("speed", numbers("--speed", speed)) if speed is not None else None
+    if speed_ratio is not None:
+        flow = Axis("speed_ratio", numbers("--speed-ratio", speed_ratio))
+    pitch = (
+        None if alpha_deg is None else Axis("initial.alpha_deg", numbers("--alpha-deg", alpha_deg))
+    )
+    varies = {"speed", "speed_ratio"} & set(keys)
+    if flow is None and not varies and len(given) < 2:
+        flow = Axis("speed_ratio", numbers("--speed-ratio", SPEED_RATIO))
+    fixed = None
+    if flow is not None and len(flow) == 1 and given:
+        fixed, flow = (flow.key, float(flow.values[0])), None
+    if pitch is None and len(given) + (flow is not None) < 2:
+        pitch = Axis("initial.alpha_deg", numbers("--alpha-deg", ALPHA_DEG))
+    chosen = ([flow] if flow else []) + given + ([pitch] if pitch else [])
+    if y is not None and x is None and len(chosen) == 2 and chosen[0] is given[0]:
+        chosen.reverse()
+    if len(chosen) != 2:
+        listed = ", ".join(axis.key for axis in chosen)
+        raise InputError(f"axes: a map has two, not {len(chosen)} ({listed}); drop or fix some")
+    if varies and fixed is not None:
+        raise InputError(f"{varies.pop()}: stands on an axis; drop the fixed airspeed")
+    return Grid(*chosen), fixed
+
+
+def _keyed(option: str, text: str) -> Axis:
+    from aeroflutter.maps import Axis
+
+    key, equals, values = text.partition("=")
+    if not (equals and key.strip() and values.strip()):
+        raise InputError(
+            f'{option}: "{text}" must be KEY=A:B:N, as in section.zeta_alpha=0:0.05:50'
+        )
+    return Axis(key.strip(), numbers(option, values.strip()))
+
+
+def _settings(
+    engine: str, dt: float, duration: float | None, thesis: bool, refine: float | None
+) -> Any:
+    from aeroflutter.maps import MapOptions
+    from aeroflutter.timemarch.response import SimulateOptions
+
+    if thesis:
+        march = SimulateOptions.thesis(record=False)
+    else:
+        longest = 20_000.0 if engine == "houbolt" else 1e7
+        march = SimulateOptions(engine=engine, dt=dt, duration=duration or longest, record=False)
+    return MapOptions(march=march, refine=refine)
+
+
+def choose_executor(workers: int | None, scheduler: str | None, cells: int) -> Executor:
+    """Who computes, from the options of the command line.
+
+    Raises
+    ------
+    InputError
+        If the number of workers is negative, or both options are given.
+    """
+    from aeroflutter.maps import Cluster, Processes, Threads
+    from aeroflutter.maps.executors import cores
+
+    if scheduler is not None:
+        if workers is not None:
+            raise InputError("--workers: excludes --scheduler, which has workers of its own")
+        return Cluster(scheduler)
+    if workers is None:
+        return Threads(cores()) if cells <= SMALL else Processes(cores())
+    if workers < 0:
+        raise InputError(f"--workers: must be zero or more, not {workers}")
+    return Processes(workers) if workers else Threads(1)
+
+
+def _run(
+    case: Case, cells: CaseCells, settings: Any, executor: Executor, target: Target
+) -> FlutterMap:
+    from aeroflutter.maps import MapStudy, collect
+
+    study = MapStudy(cells, settings)
+    with opened(study, target, case) as results:
+        compute(study, results, executor, "cells")
+        return collect(study, results)
+
+
+def opened(study: Any, target: Target, case: Case) -> Any:
+    """The results of a study as a context: the store of `target`, or memory."""
+    import contextlib
+
+    from aeroflutter.maps import Store
+    from aeroflutter.maps.results import MemoryResults
+
+    if target.store is None:
+        return contextlib.nullcontext(MemoryResults(study))
+    if target.resume:
+        return contextlib.closing(Store.resume(target.store, study))
+    from aeroflutter.dataset import VARIABLES, provenance
+
+    store = Store.create(target.store, study, overwrite=target.overwrite)
+    store.annotate(provenance(case), VARIABLES)
+    return contextlib.closing(store)
+
+
+def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
+    """Run a study with its progress on stderr; an interrupted run says how to go on."""
+    from aeroflutter.cli.progress import progress
+    from aeroflutter.maps import Cluster, Store, StoreFull, run
+
+    if not isinstance(executor, Cluster):
+        study.warm_up()
+    try:
+        with progress(unit) as report:
+            run(study, results, executor, report)
+    except (KeyboardInterrupt, StoreFull) as stop:
+        if isinstance(results, Store):
+            how = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
+            print(_how_to_resume(how, results), file=sys.stderr)
+        raise
+
+
+def _how_to_resume(how: str, store: Any) -> str:
+    done = sum(int(store.done(phase).sum()) for phase in store.study.phases)
+    total = sum(store.done(phase).size for phase in store.study.phases)
+    words = [word for word in sys.argv[1:] if word not in ("--resume", "--overwrite")]
+    command = shlex.join(["aeroflutter", *words, "--resume"])
+    return f"{how}: {done} of {total} blocks are safe in {store.path}; go on with\n  {command}"
+
+
+STATES = ("damped", "lco", "aperiodic", "divergent", "undecided", "failed")
+
+
+def _payload(
+    case: Case, found: FlutterMap, engine: str, wall: float, store: Path | None
+) -> dict[str, Any]:
+    return {
+        "title": case.title,
+        "engine": engine,
+        "cells": found.grid.cells,
+        **{state: found.count(state) for state in STATES},
+        "attractors": int(found.attractor.max(initial=0)),
+        "x": {"key": found.grid.x.key, "values": found.grid.x.values},
+        "y": {"key": found.grid.y.key, "values": found.grid.y.values},
+        "cpu_seconds": found.cpu_seconds,
+        "wall_seconds": wall,
+        "failures": list(found.failures),
+        "store": None if store is None else str(store),
+    }
+
+
+def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> None:
+    print(case.title)
+    cells = found.grid.cells
+    counts = {state: found.count(state) for state in STATES}
+    facts: dict[str, Any] = {"cells": f"{cells} ({len(found.grid.x)} x {len(found.grid.y)})"}
+    facts |= {
+        state: f"{count} ({100 * count / cells:.1f} %)"
+        for state, count in counts.items()
+        if count or state in ("damped", "lco", "undecided")
+    }
+    facts["CPU time"] = (
+        f"{found.cpu_seconds:.3g} s ({1e6 * found.cpu_seconds / cells:.0f} us a cell)"
+    )
+    facts["wall time"] = f"{wall:.3g} s"
+    if store is not None:
+        facts["store"] = str(store)
+    show_facts(facts)
+    for failure in found.failures:
+        print(f"failed: {failure['block']}: {failure['reason']}")
+
+
+def _dataset(case: Case, found: FlutterMap) -> Any:
+    from aeroflutter.dataset import to_dataset
+
+    return to_dataset(found, case=case)
+
+
+def _figure(case: Case, cells: CaseCells, found: FlutterMap) -> Figure:
+    from aeroflutter.plots.maps import plot_map
+
+    return plot_map(found, case.title, _marks(case, cells, found))
+
+
+def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
+    """Speeds that mean something, in units of the x axis: flutter and onset of limit cycles."""
+    from aeroflutter.describing import describing_curve
+    from aeroflutter.errors import ConvergenceError
+    from aeroflutter.rootlocus import flutter_speed
+
+    if cells.shared != 0 or found.grid.x.key not in ("speed", "speed_ratio"):
+        return {}
+    flutter = flutter_speed(case.family())
+    if flutter is None:
+        return {}
+    unit = flutter if found.grid.x.key == "speed_ratio" else 1.0
+    marks = {"linear flutter": flutter / unit}
+    try:
+        curve = describing_curve(case.family(), case.spring)
+    except (InputError, ConvergenceError):
+        return marks
+    if curve.onset is not None:
+        marks["DF onset"] = curve.onset.speed / unit
+    return marks

@@ -1,0 +1,81 @@
+"""Progress of long runs on stderr: a bar on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from aeroflutter.maps import Progress
+
+FIRST, OFTEN = 5.0, 10.0  # seconds until the first plain line, and between two
+
+Report = Callable[["Progress"], None]
+
+
+@contextlib.contextmanager
+def progress(unit: str) -> Iterator[Report]:
+    """Somewhere to report progress, with the rate in `unit` a second and the time left."""
+    if sys.stderr.isatty():
+        with _bar(unit) as report:
+            yield report
+    else:
+        yield _Lines(unit)
+
+
+@contextlib.contextmanager
+def _bar(unit: str) -> Iterator[Report]:
+    from rich.console import Console
+    from rich.progress import BarColumn, TaskID, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:,.0f}/{task.total:,.0f}"),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    tasks: dict[str, tuple[TaskID, float]] = {}
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+
+        def report(state: Progress) -> None:
+            if state.phase not in tasks:
+                name = bar.add_task(state.phase, total=state.total, rate="")
+                tasks[state.phase] = name, time.monotonic()
+            name, begin = tasks[state.phase]
+            rate = state.done / max(time.monotonic() - begin, 1e-9)
+            text = f"{rate:,.0f} {unit}/s" if state.done else ""
+            bar.update(name, completed=state.before + state.done, rate=text)
+
+        yield report
+
+
+class _Lines:
+    """A line now and then, for logs."""
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+        self.phase = ""
+        self.begin = self.next = 0.0
+
+    def __call__(self, state: Progress) -> None:
+        now = time.monotonic()
+        if state.phase != self.phase:
+            self.phase, self.begin, self.next = state.phase, now, now + FIRST
+            if state.before:
+                print(f"{state.phase}: {state.before:,} done before", file=sys.stderr)
+        if now < self.next or state.done == 0:
+            return
+        self.next = now + OFTEN
+        rate = state.done / (now - self.begin)
+        left = (state.total - state.before - state.done) / rate
+        print(
+            f"{state.phase}: {state.before + state.done:,} of {state.total:,} {self.unit}, "
+            f"{rate:,.0f} {self.unit}/s, {left:.0f} s left",
+            file=sys.stderr,
+            flush=True,
+        )

@@ -1,0 +1,141 @@
+"""Cases as the contents of maps: any two keys of a case, or airspeed, against each other."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.case import Case, load_case
+from aeroflutter.case_source import parse_case
+from aeroflutter.errors import InputError
+from aeroflutter.maps import Axis, Grid, Group
+from aeroflutter.maps.cells import started
+from aeroflutter.timemarch.response import Initial
+
+Array = NDArray[np.float64]
+
+SPEEDS = ("speed", "speed_ratio")
+MOTION = {
+    "initial.alpha_deg": "alpha",
+    "initial.alpha_rate_deg": "alpha_rate",
+    "initial.xi": "xi",
+    "initial.xi_rate": "xi_rate",
+}
+CHECKED = 16  # values of an axis tried before a map begins
+
+
+@dataclass(frozen=True, eq=False)
+class CaseCells:
+    """Cells of a case in which two keys vary; see `maps.Cells`.
+
+    Parameters
+    ----------
+    text : str
+        The case as TOML.
+    source : str
+        Where it came from, for messages.
+    grid : Grid
+        Keys of the case by dotted path in the units of the file, "speed" or "speed_ratio".
+    speed : (str, float), optional
+        "speed" or "speed_ratio" and its value, where neither axis is one.
+
+    Raises
+    ------
+    InputError
+        If an axis takes the case where it is not valid, or there is no flutter speed for a ratio.
+    """
+
+    text: str
+    source: str
+    grid: Grid
+    speed: tuple[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        keys = [axis.key for axis in self._axes]
+        if self.speed is None and not any(key in SPEEDS for key in keys):
+            raise InputError("--speed-ratio: give the airspeed, or --speed")
+        for axis in self._axes:
+            chosen = np.linspace(0, len(axis) - 1, min(len(axis), CHECKED)).astype(int)
+            for value in axis.values[chosen]:
+                at = {a.key: float(value if a is axis else a.values[0]) for a in self._axes}
+                self._system(at)
+
+    @property
+    def _axes(self) -> tuple[Axis, Axis]:
+        return self.grid.x, self.grid.y
+
+    @property
+    def shared(self) -> int | None:
+        """The axis along which the system changes, if it does along one only."""
+        changes = [axis.key not in MOTION for axis in self._axes]
+        return changes.index(True) if sum(changes) == 1 else None
+
+    def groups(self, x: Array, y: Array) -> Iterator[Group]:
+        """Cells by the values that make their systems differ."""
+        points = {axis.key: values for axis, values in zip(self._axes, (x, y), strict=True)}
+        motion = [key for key in points if key in MOTION]
+        rest = [key for key in points if key not in MOTION]
+        for index in _alike([points[key] for key in rest], x.size):
+            at = {key: float(points[key][index[0]]) for key in rest}
+            case, system = self._system(at)
+            varied = {MOTION[key]: _native(key, points[key][index]) for key in motion}
+            start = {name: getattr(case.initial, name) for name in case.initial._fields}
+            initial = Initial(**{**start, **dict.fromkeys(varied, 0.0)})
+            yield started(index, system, case.spring, initial, varied)
+
+    def _system(self, at: Mapping[str, float]) -> tuple[Case, Any]:
+        changed = tuple((key, value) for key, value in at.items() if key not in SPEEDS)
+        case, flutter = _case(self.text, self.source, changed)
+        name, value = next(
+            ((key, value) for key, value in at.items() if key in SPEEDS), self.speed or ("", 0.0)
+        )
+        if value <= 0.0:
+            raise InputError(f"{name}: must be positive, not {value:g}")
+        if name == "speed_ratio":
+            value *= flutter()
+        return case, case.family().at(value)
+
+    def identity(self) -> dict[str, Any]:
+        """The case, table by table, and the airspeed."""
+        fixed = {} if self.speed is None else {self.speed[0]: self.speed[1]}
+        return {"case": parse_case(self.text, self.source), **fixed}
+
+
+def _alike(columns: list[Array], count: int) -> list[NDArray[np.int64]]:
+    """Places of the points that agree in all the columns, in order of appearance."""
+    if not columns:
+        return [np.arange(count)]
+    _, first, place = np.unique(
+        np.column_stack(columns), axis=0, return_index=True, return_inverse=True
+    )
+    place = np.ravel(place)
+    order = np.argsort(place, kind="stable")
+    ends = np.cumsum(np.bincount(place))
+    parts = np.split(order, ends[:-1])
+    return [parts[k] for k in np.argsort(first)]
+
+
+def _native(key: str, values: Array) -> Array:
+    return np.radians(values) if key.endswith("_deg") else values
+
+
+@functools.lru_cache(maxsize=4096)
+def _case(text: str, source: str, changed: tuple[tuple[str, float], ...]) -> tuple[Case, Any]:
+    """The changed case, and its linear flutter speed as a function, computed once."""
+    case = load_case(parse_case(text, source), dict(changed))
+    return case, functools.cache(functools.partial(_flutter, case))
+
+
+def _flutter(case: Case) -> float:
+    from aeroflutter.rootlocus import flutter_speed
+
+    speed = flutter_speed(case.family())
+    if speed is None or not math.isfinite(speed):
+        raise InputError(f"{case.source}: has no linear flutter speed; give --speed, not a ratio")
+    return speed

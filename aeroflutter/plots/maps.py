@@ -1,0 +1,147 @@
+"""Flutter maps like the thesis's figures 5.5a to 5.31a, and distributions of sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.maps.engines import FAILED
+from aeroflutter.plots import style as look
+from aeroflutter.timemarch.response import STATES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from aeroflutter.maps.flutter_map import FlutterMap
+
+    Array = NDArray[np.float64]
+
+# light enough for lines and text on top; told apart with any colour vision and in grey
+COLOURS = {
+    "damped": "#CFE5F3",
+    "lco": look.ORANGE,
+    "aperiodic": look.PURPLE,
+    "divergent": look.VERMILION,
+    "undecided": "#BBBBBB",
+    "failed": look.BLACK,
+}
+NAMES = {"lco": "limit cycle"}
+LABELS = {
+    "speed": look.SPEED,
+    "speed_ratio": look.SPEED_RATIO,
+    "initial.alpha_deg": r"initial pitch $\alpha_0$ (deg)",
+}
+MARKS = {"linear flutter": look.BLACK, "DF onset": look.BLUE, "exact onset": look.GREEN}
+
+
+def plot_map(
+    found: FlutterMap, title: str = "", marks: Mapping[str, float] | None = None
+) -> Figure:
+    """The regions of a map, and the amplitude of the limit cycles in them.
+
+    Parameters
+    ----------
+    found : FlutterMap
+    title : str
+    marks : mapping
+        Speeds to mark, in units of the x axis, by what they are.
+    """
+    with look.style():
+        figure, axes = look.figure(1, 2, width=10.5, height=4.2, sharey=True)
+        _regions(axes[0], found)
+        _amplitudes(figure, axes[1], found)
+        for panel in axes:
+            _limits(panel, found)
+            panel.set_xlabel(LABELS.get(found.grid.x.key, found.grid.x.key))
+            panel.grid(False)
+        _mark(axes, marks or {})
+        axes[0].set_ylabel(LABELS.get(found.grid.y.key, found.grid.y.key))
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def _regions(axes: Axes, found: FlutterMap) -> None:
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    names = [*STATES, "failed"]
+    codes = np.where(found.state == FAILED, len(STATES), found.state)
+    axes.pcolormesh(
+        edges(found.grid.x.values),
+        edges(found.grid.y.values),
+        codes.T,
+        cmap=ListedColormap([COLOURS[name] for name in names]),
+        vmin=-0.5,
+        vmax=len(names) - 0.5,
+        rasterized=True,
+    )
+    present = [name for k, name in enumerate(names) if np.any(codes == k)]
+    axes.legend(
+        handles=[
+            Patch(facecolor=COLOURS[name], edgecolor=look.GREY, label=NAMES.get(name, name))
+            for name in present
+        ],
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=len(present),
+    )
+    _boundaries(axes, found)
+
+
+def _boundaries(axes: Axes, found: FlutterMap) -> None:
+    """Refined boundaries, if there are any."""
+    points = []
+    if found.boundary_x is not None:
+        i, j = np.nonzero(np.isfinite(found.boundary_x))
+        points.append((found.boundary_x[i, j], found.grid.y.values[j]))
+    if found.boundary_y is not None:
+        i, j = np.nonzero(np.isfinite(found.boundary_y))
+        points.append((found.grid.x.values[i], found.boundary_y[i, j]))
+    for across, up in points:
+        axes.plot(across, up, ".", color=look.BLACK, markersize=1.5, rasterized=True)
+
+
+def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
+    cycling = found.state == STATES.index("lco")
+    amplitude = np.ma.masked_where(~cycling, found.amplitude_deg)
+    drawn = axes.pcolormesh(
+        edges(found.grid.x.values),
+        edges(found.grid.y.values),
+        amplitude.T,
+        cmap="viridis",
+        rasterized=True,
+    )
+    if cycling.any():
+        drawn.set_clim(0.0, float(np.max(found.amplitude_deg[cycling])))
+        figure.colorbar(drawn, ax=axes, label=look.AMPLITUDE)
+    axes.set_title("amplitude of the limit cycle", pad=8)
+
+
+def edges(centres: Array) -> Array:
+    """Edges of cells about their centres, (m+1,)."""
+    if centres.size == 1:
+        half = 0.05 * abs(centres[0]) or 0.5
+        return np.array([centres[0] - half, centres[0] + half])
+    middle = 0.5 * (centres[1:] + centres[:-1])
+    first = centres[0] - (middle[0] - centres[0])
+    return np.concatenate(([first], middle, [2.0 * centres[-1] - middle[-1]]))
+
+
+def _limits(axes: Axes, found: FlutterMap) -> None:
+    x, y = edges(found.grid.x.values), edges(found.grid.y.values)
+    axes.set_xlim(x.min(), x.max())
+    axes.set_ylim(y.min(), y.max())
+
+
+def _mark(axes: NDArray[np.object_], marks: Mapping[str, float]) -> None:
+    """Lines at speeds within the map; the others are named in the corner of the first panel."""
+    for panel in axes:
+        low, high = panel.get_xlim()
+        for name, speed in marks.items():
+            if low <= speed <= high:
+                look.mark_speed(panel, speed, name, colour=MARKS.get(name, look.GREY))
