@@ -132,6 +132,9 @@ class Walk:
 
     def _first_kink(self, old: State, new: State) -> State | None:
         """The kink that a step has crossed first, with the tangent beyond it."""
+        landed = self._landed(old, new.x)
+        if landed is not None and landed.arclength <= new.arclength:
+            return landed
         found = []
         for name in self.kinks:
             if abs(old.tests[name]) > _ON_KINK and old.tests[name] * new.tests[name] < 0:
@@ -140,16 +143,15 @@ class Walk:
         if not found:
             return None
         kink, name = min(found, key=lambda entry: entry[0].arclength)
-        tangent = tangent_at(
-            self.problem, kink.x + _BEYOND * (new.x - kink.x), new.x - old.x, self.scale
-        )
+        beyond = kink.x + _BEYOND * (new.x - kink.x)
+        tangent = tangent_at(self.problem, beyond, new.x - old.x, self.scale)
         return self._on_kink(kink, tangent, name)
 
     def _landed(self, old: State, guess: Array) -> State | None:
-        """The kink that a failed step would have crossed first, if the curve leads there.
+        """The kink between a state and a guess, if the curve leads there.
 
-        Beyond a kink the curve may turn back by more than a right angle, where the step's
-        hyperplane misses it; so Newton's method is run within the kink itself.
+        Newton's method is run within the kink itself: beyond it the curve may turn back by more
+        than a right angle, where the hyperplane of a step misses it.
         """
         crossed = []
         for name, kink in self.kinks.items():

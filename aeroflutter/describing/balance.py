@@ -78,19 +78,26 @@ class Balance:
             parts = np.log(A), np.divide(B, self.spring.scale), np.log(U), np.log(k)
         return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
-    def loop(self, U: Array, k: Array) -> Loop:
-        """1/G and its derivatives at speeds U and frequencies k, shape (m,)."""
+    def loop(self, U: Array, k: Array, *, mean: bool = True) -> Loop:
+        """1/G and its derivatives at speeds U and frequencies k, shape (m,).
+
+        Without `mean` the two fields of 1/G(0) are zero.
+        """
         A, b = self.family.stack(U)
         dA, db = self.family.derivative(U)
         c = self.family.c
         harmonic = inverse_transfer_gradient(A, b, c, dA, db, 1j * k)
+        if not mean:
+            return Loop(*harmonic, np.zeros(U.shape), np.zeros(U.shape))
         Z0, _, Z0_U = inverse_transfer_gradient(A, b, c, dA, db, np.zeros(U.shape))
         return Loop(*harmonic, np.asarray(Z0.real), np.asarray(Z0_U.real))
 
     def evaluate(self, y: Array) -> tuple[Array, Array]:
         """Residual (m, 3) and Jacobian (m, 3, 4) at unknowns y (m, 4)."""
         A, B, U, k = self.unpack(y)
-        return self._assemble(A, B, U, k, self.loop(U, k), self.spring.describing(A, B))
+        return self._assemble(
+            A, B, U, k, self.loop(U, k, mean=self.biased), self.spring.describing(A, B)
+        )
 
     def _assemble(
         self, A: Array, B: Array, U: Array, k: Array, loop: Loop, d: Describing

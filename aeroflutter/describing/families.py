@@ -199,6 +199,7 @@ def _follow(balance: Balance, domain: Domain, seed: Array) -> Family:
         max_step=0.4,
         max_turn=0.4,
         tolerance=1e-7,
+        locate=1e-9,
         low=low,
         high=high,
         scale=_SCALE,
