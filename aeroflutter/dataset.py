@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import metadata, resources
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,11 @@ import numpy as np
 import xarray as xr
 
 from aeroflutter.describing.result import DescribingCurve
+from aeroflutter.maps.engines import FAILED
+from aeroflutter.maps.flutter_map import CELLS, EDGES, LABELS, FlutterMap
+from aeroflutter.maps.sweep import SweepResult
 from aeroflutter.rootlocus import RootLocus
+from aeroflutter.timemarch.response import STATES
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
@@ -45,6 +49,21 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "moment_deg": ("degree", "restoring moment of the spring over its unit stiffness"),
     "memory_deg": ("degree", "memory of the spring"),
     "period": ("1", "period in tau"),
+    "alpha_deg": ("degree", "initial pitch"),
+    "state": ("1", "end state"),
+    "rest_deg": ("degree", "pitch at which a damped motion comes to rest"),
+    "decided_at": ("1", "nondimensional time tau after which the end state was certain"),
+    "attractor": ("1", "number of the attractor: cells with one number end on the same"),
+    "boundary_x": ("1", "refined boundary between a cell and the next along the first axis"),
+    "boundary_y": ("1", "refined boundary between a cell and the next along the second axis"),
+    "sample": ("1", "number of the section in the sample"),
+    "valid": ("1", "whether the values make a section"),
+    "flutter_speed": ("1", "linear flutter speed U*_L"),
+    "flutter_k": ("1", "reduced frequency at the linear flutter speed"),
+    "onset_speed": ("1", "lowest airspeed U* of a limit cycle by describing functions"),
+    "onset_speed_ratio": ("1", "the same over the linear flutter speed"),
+    "onset_amplitude_deg": ("degree", "pitch amplitude of that limit cycle"),
+    "marched_at": ("1", "airspeed U* at which the end state was sought"),
 }
 
 
@@ -111,6 +130,61 @@ def _(result: DescribingCurve, *, case: Case | None = None) -> xr.Dataset:
     return labelled(
         {name: ("point", values) for name, values in variables.items()}, {}, attributes, case
     )
+
+
+@to_dataset.register(FlutterMap)
+def _(result: FlutterMap, *, case: Case | None = None) -> xr.Dataset:
+    x, y = result.grid.x, result.grid.y
+    names = [v.name for v in (*CELLS, *EDGES, *LABELS)]
+    variables = {
+        name: ((x.name, y.name), getattr(result, name))
+        for name in names
+        if getattr(result, name) is not None
+    }
+    attributes = {"cpu_seconds": result.cpu_seconds, **_failures(result.failures)}
+    dataset = labelled(variables, {x.name: x.values, y.name: y.values}, attributes, case)
+    dataset["state"].attrs |= _flags({FAILED: "failed", **dict(enumerate(STATES))})
+    for edge, axis in (("boundary_x", x), ("boundary_y", y)):
+        dataset[axis.name].attrs = _quantity(axis.key) | dataset[axis.name].attrs
+        if edge in dataset:
+            dataset[edge].attrs["units"] = dataset[axis.name].attrs["units"]
+    return dataset
+
+
+@to_dataset.register(SweepResult)
+def _(result: SweepResult, *, case: Case | None = None) -> xr.Dataset:
+    varied = {"varied_" + name.replace(".", "_"): name for name in result.samples}
+    variables = {name: ("sample", result.samples[key]) for name, key in varied.items()}
+    variables |= {name: ("sample", values) for name, values in result.values.items()}
+    attributes = {"cpu_seconds": result.cpu_seconds, **_failures(result.failures)}
+    coordinates = {"sample": np.arange(1, result.number + 1)}
+    dataset = labelled(variables, coordinates, attributes, case)
+    for name, key in varied.items():
+        dataset[name].attrs = _quantity(key)
+    dataset["state"].attrs |= _flags({FAILED: "not_marched", **dict(enumerate(STATES))})
+    dataset["valid"].attrs |= _flags({FAILED: "failed", 0: "no_such_section", 1: "valid"})
+    return dataset
+
+
+def _quantity(key: str) -> dict[str, str]:
+    """Attributes of a key of a case."""
+    units = "degree" if key.endswith("_deg") else "1"
+    return {"units": units, "long_name": key, "key": key}
+
+
+def _flags(meanings: Mapping[int, str]) -> dict[str, Any]:
+    """CF attributes of a variable of codes."""
+    return {
+        "flag_values": np.array(list(meanings), dtype=np.int8),
+        "flag_meanings": " ".join(meanings.values()),
+    }
+
+
+def _failures(failures: Sequence[Mapping[str, str]]) -> dict[str, Any]:
+    """Attribute that lists the blocks that could not be computed, if there are any."""
+    if not failures:
+        return {}
+    return {"failed_blocks": [f"{failure['block']}: {failure['reason']}" for failure in failures]}
 
 
 def labelled(

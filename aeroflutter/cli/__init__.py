@@ -28,6 +28,8 @@ COMMANDS = {
     "df": "Limit cycles by describing functions: amplitude against airspeed.",
     "spring": "The spring's path under a prescribed motion, and its describing function.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
+    "map": "Flutter maps: how the motion ends over airspeed and initial pitch.",
+    "sweep": "Monte-Carlo: flutter speed, onset and amplitude over uncertain sections.",
 }
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""
 

@@ -119,7 +119,7 @@ def map(  # noqa: A001 - the command's name
     grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y)
     cells = CaseCells(loaded.text, loaded.source, grid, fixed)
     settings = _settings(engine, dt, duration, thesis, tolerance if refine else None)
-    executor = choose_executor(workers, scheduler, grid.cells)
+    executor = choose_executor(workers, scheduler, small=grid.cells <= SMALL)
     begin = time.monotonic()
     found = _run(loaded, cells, settings, executor, target)
     wall = time.monotonic() - begin
@@ -245,7 +245,7 @@ def _settings(
     return MapOptions(march=march, refine=refine)
 
 
-def choose_executor(workers: int | None, scheduler: str | None, cells: int) -> Executor:
+def choose_executor(workers: int | None, scheduler: str | None, *, small: bool) -> Executor:
     """Who computes, from the options of the command line.
 
     Raises
@@ -261,7 +261,7 @@ def choose_executor(workers: int | None, scheduler: str | None, cells: int) -> E
             raise InputError("--workers: excludes --scheduler, which has workers of its own")
         return Cluster(scheduler)
     if workers is None:
-        return Threads(cores()) if cells <= SMALL else Processes(cores())
+        return Threads(cores()) if small else Processes(cores())
     if workers < 0:
         raise InputError(f"--workers: must be zero or more, not {workers}")
     return Processes(workers) if workers else Threads(1)

@@ -244,7 +244,7 @@ def _laid_out(path: Path, study: Study) -> zarr.Group:
     """The empty arrays, and the attribute that makes the store ours."""
     import zarr
 
-    group = zarr.open_group(path, mode="w", zarr_format=3)
+    group = zarr.open_group(path, mode="a", zarr_format=3)
     shape, names = shape_of(study), list(study.dimensions)
     for variable in study.variables:
         group.create_array(

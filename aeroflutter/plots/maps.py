@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.maps.flutter_map import FlutterMap
+    from aeroflutter.maps.sweep import SweepResult
 
     Array = NDArray[np.float64]
 
@@ -145,3 +146,39 @@ def _mark(axes: NDArray[np.object_], marks: Mapping[str, float]) -> None:
         for name, speed in marks.items():
             if low <= speed <= high:
                 look.mark_speed(panel, speed, name, colour=MARKS.get(name, look.GREY))
+
+
+SWEEP_PANELS = {
+    "flutter_speed": r"linear flutter speed $U^*_L$",
+    "onset_speed": r"onset of limit cycles $U^*$ (DF)",
+    "amplitude_deg": "pitch amplitude of the limit cycle (deg)",
+}
+
+
+def plot_sweep(found: SweepResult, title: str = "") -> Figure:
+    """Histograms of what a sweep found, with the median and the 5 to 95 % range."""
+    shown = [name for name in SWEEP_PANELS if found.of(name).size]
+    panels = max(len(shown), 1)
+    with look.style():
+        figure, axes = look.figure(1, panels, width=3.6 * panels + 0.4, height=3.4, squeeze=False)
+        for panel, name in zip(axes[0], shown, strict=False):
+            _histogram(panel, found.of(name))
+            panel.set_xlabel(SWEEP_PANELS[name])
+        axes[0][0].set_ylabel("sections")
+        if title:
+            figure.suptitle(title)
+    return figure
+
+
+def _histogram(axes: Axes, values: Array) -> None:
+    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
+    spread = float(np.ptp(values))
+    if spread <= 1e-9 * abs(middle):
+        half = 0.1 * abs(middle) or 1.0
+        axes.hist(values, bins=9, range=(middle - half, middle + half), color=look.SKY)
+    else:
+        bins = int(np.clip(np.sqrt(values.size), 5, 60))
+        axes.hist(values, bins=bins, color=look.SKY, edgecolor="white", linewidth=0.4)
+    axes.axvspan(low, high, color=look.BLUE, alpha=0.08, linewidth=0)
+    axes.axvline(middle, color=look.BLUE, linewidth=1.2)
+    axes.set_title(f"median {middle:.4g}, 5 to 95 %: {low:.4g} to {high:.4g}", fontsize=8)
