@@ -47,6 +47,31 @@ def turning_points(
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
+def extent(y: Array, bound: float) -> tuple[int, float, float]:
+    """Samples up to the first beyond a bound, that one included, and their extremes.
+
+    Parameters
+    ----------
+    y
+        Samples (m,).
+    bound
+        Largest |y| allowed.
+
+    Returns
+    -------
+    count, low, high
+        m samples if none is beyond, and the smallest and largest of those within.
+    """
+    low, high = np.inf, -np.inf
+    for i in range(y.size):
+        if not abs(y[i]) <= bound:
+            return i + 1, low, high
+        low = min(low, y[i])
+        high = max(high, y[i])
+    return y.size, low, high
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def mismatch(times: Array, values: Array, loops: int, span: int) -> tuple[float, float]:
     """How far the last `span` turning points are from those `loops` oscillations before.
 

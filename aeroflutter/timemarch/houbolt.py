@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,10 +19,10 @@ from aeroflutter.generated.houbolt import VELOCITY, start_values
 from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
 from aeroflutter.timemarch._kernel_houbolt import march as march_kernel
-from aeroflutter.timemarch._kernel_settle import turning_points
+from aeroflutter.timemarch._kernel_settle import extent, turning_points
 from aeroflutter.timemarch.houbolt_scheme import Scheme
 from aeroflutter.timemarch.response import Response, traces
-from aeroflutter.timemarch.settling import Verdict, Watch, closed_slopes, period_range
+from aeroflutter.timemarch.settling import OVERFLOW, Verdict, Watch, closed_slopes, period_range
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,6 +38,7 @@ __all__ = ["march"]
 STEPS_A_PERIOD = 8  # fewer do not resolve an oscillation at all
 MOST_SAMPLES = 2_000_000
 PERIODS_A_WINDOW = 4
+LEAST_WINDOW = 4000  # steps; the buffers then stay in the cache, and the looks cost little
 RECURRENCE = 2e-3  # switches fall anywhere within a step, so a cycle never repeats exactly
 DRIFT = 1e-4
 
@@ -64,9 +66,9 @@ def march(
         If the system has no second-order form, the spring is unknown to the scheme, or the step
         leaves fewer than `STEPS_A_PERIOD` steps for the fastest oscillation.
     """
-    scheme = Scheme.build(system, options.dt, frozen)
-    pitch = float(system.c @ state)
-    shortest, longest = period_range(system, closed_slopes(spring, pitch))
+    scheme = _scheme(system, options.dt, frozen)
+    slopes = closed_slopes(spring, float(system.c @ state))
+    shortest, longest = _periods(system, slopes)
     if options.dt * STEPS_A_PERIOD > shortest:
         raise InputError(
             f"dt: {options.dt!r} takes {shortest / options.dt:.2g} steps for the fastest "
@@ -76,6 +78,17 @@ def march(
     run = _Run(system, spring, scheme, state, memory, options, window)
     run.go()
     return run.response()
+
+
+@lru_cache(maxsize=16)
+def _scheme(system: LureSystem, dt: float, frozen: bool) -> Scheme:
+    """The scheme, shared by all marches of one system (systems are equal only to themselves)."""
+    return Scheme.build(system, dt, frozen)
+
+
+@lru_cache(maxsize=16)
+def _periods(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, float]:
+    return period_range(system, slopes)
 
 
 def spring_law(spring: Spring) -> tuple[int, Array]:
@@ -168,7 +181,7 @@ class _Run:
         self.system, self.spring, self.scheme, self.options = system, spring, scheme, options
         self.law = spring_law(spring)
         self.total = int(np.ceil(options.duration / options.dt - 1e-9))
-        self.window = int(np.clip(window / options.dt, 1000, 100_000))
+        self.window = int(np.clip(window / options.dt, LEAST_WINDOW, 100_000))
         start, states = _Buffers.start(scheme, self.law, system, state, memory)
         self.buffers = start.grown(self.window)
         self.turns = np.empty(self.window + 2), np.empty(self.window + 2)
@@ -176,15 +189,16 @@ class _Run:
         self.verdict: Verdict | None = None
         self.done = 1  # the start-up reaches +Δτ
         self.stride = 1 + self.total // MOST_SAMPLES
-        self.end = states[1], float(start.H[2])
+        self.last = 0
         self.kept = [(np.arange(2), states, start.H[1:].copy())]
         self.tail: deque[Array] = deque([start.Y[1:].copy()], maxlen=64)
 
     def go(self) -> None:
         """March until the end state is certain or the time is up."""
         while self.done < self.total and not (self.verdict and self.options.decide):
-            steps = min(self.window, self.total - self.done)
             part = self.buffers
+            part.carry(self.last)
+            steps = min(self.window, self.total - self.done)
             switch = march_kernel(
                 steps,
                 self.scheme.step,
@@ -195,32 +209,31 @@ class _Run:
                 part.Y,
                 part.H,
             )
-            fine = self._within(steps)
+            pitch = part.Y[3 : steps + 3]
+            bound = self.watch.bound
+            fine, low, high = extent(pitch, bound)
+            reached = pitch[fine - 1]
+            left = not abs(reached) <= bound
+            fine -= not abs(reached) < OVERFLOW  # a step that has overflowed is not kept
             self.done += fine
             self._keep(fine)
-            verdict = self._judge(fine, switch)
-            self.verdict = verdict if fine < steps else self.verdict or verdict
-            part.carry(fine)
-            if fine < steps:
+            if left:
+                self.verdict = self.watch.diverged(reached)
                 return
+            self.verdict = self._judge(fine, low, high, switch)
             if self.options.progress:
                 self.options.progress(self.done / self.total)
 
-    def _within(self, steps: int) -> int:
-        """How many steps of the window come before pitch leaves its bound, that one included."""
-        beyond = ~(np.abs(self.buffers.Y[3 : steps + 3]) <= self.watch.bound)
-        return int(np.argmax(beyond)) + 1 if beyond.any() else steps
-
-    def _judge(self, steps: int, switch: int) -> Verdict | None:
-        """Show the window to the watch."""
-        Y, dt = self.buffers.Y[: steps + 3], self.options.dt
+    def _judge(self, steps: int, low: float, high: float, switch: int) -> Verdict | None:
+        """Show the window to the watch; what is decided stays so."""
         times, values = self.turns
+        dt, floor = self.options.dt, 1e-14 * self.watch.size
         first = (self.done - steps - 1) * dt
-        count = turning_points(Y[1:], first, dt, 1e-14 * self.watch.size, times, values)
-        verdict = self.watch.add(times[:count].copy(), values[:count].copy(), Y[3:])
-        if verdict is None and switch == 0:
-            verdict = self.watch.trapped(*self.end)
-        return verdict
+        count = turning_points(self.buffers.Y[1 : steps + 3], first, dt, floor, times, values)
+        verdict = self.watch.add(times[:count].copy(), values[:count].copy(), low, high)
+        if verdict is None and switch < steps // 2:
+            verdict = self.watch.trapped(*self._end())
+        return self.verdict or verdict
 
     def _states(self, first: int, last: int) -> Array:
         """States after the steps `first` to `last` of the window, shape (last - first, n)."""
@@ -232,19 +245,20 @@ class _Run:
             return form.state(Q[first + 3 : last + 3], rates, J)
 
     def _keep(self, steps: int) -> None:
-        """Remember where the window ended, and every `stride`-th sample of it."""
-        Y, H = self.buffers.Y, self.buffers.H[3 : steps + 3]
-        self.tail.append(Y[3 : steps + 3].copy())
-        for last in range(steps, max(steps - 3, 0), -1):  # the very last may have overflowed
-            state = self._states(last - 1, last)[0]
-            if np.isfinite(state).all():
-                self.end = state, float(H[last - 1])
-                break
+        """Remember every `stride`-th sample of the window and how it went."""
+        self.last = steps
+        self.tail.append(self.buffers.Y[3 : steps + 3].copy())
         if self.options.record:
             index = np.arange(self.done - steps + 1, self.done + 1)
-            states = self._states(0, steps)
-            pick = np.isfinite(states).all(axis=1) & (index % self.stride == 0)
-            self.kept.append((index[pick], states[pick], H[pick].copy()))
+            pick = index % self.stride == 0
+            memory = self.buffers.H[3 : steps + 3][pick].copy()
+            self.kept.append((index[pick], self._states(0, steps)[pick], memory))
+
+    def _end(self) -> tuple[Array, float]:
+        """State and memory after the last step, while the window still holds it."""
+        if self.last == 0:
+            return self.kept[-1][1][-1], float(self.kept[-1][2][-1])
+        return self._states(self.last - 1, self.last)[0], float(self.buffers.H[self.last + 2])
 
     def response(self) -> Response:
         """The result, once the march is over."""
@@ -253,13 +267,14 @@ class _Run:
         verdict = self.verdict or self.watch.last(duration)
         index, states, memory = (np.concatenate(parts) for parts in zip(*self.kept, strict=True))
         record = slice(None) if self.options.record else slice(0)
+        final_state, final_memory = self._end()
         return Response(
             state=verdict.state,
             reason=verdict.reason,
             engine="houbolt",
             duration=duration,
-            final_state=self.end[0],
-            final_memory=self.end[1],
+            final_state=final_state,
+            final_memory=final_memory,
             extras={"dt": dt, "loops": verdict.loops},
             **self.watch.measures(verdict, np.concatenate(self.tail), dt),
             **traces(self.system, self.spring, dt * index[record], states[record], memory[record]),

@@ -235,8 +235,8 @@ class Response:
     duration
         Time marched, τ.
     amplitude
-        Half the peak-to-peak pitch over one steady period, rad; 0 for a damped motion. For
-        motions that did not settle, over the last part of the run.
+        Half the peak-to-peak pitch over one steady period, rad; 0 for a damped motion, NaN for a
+        divergent one. For motions that did not settle, over the last part of the run.
     bias
         Midrange of pitch over the same stretch, rad; the rest pitch for a damped motion.
     period

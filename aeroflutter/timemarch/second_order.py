@@ -73,7 +73,8 @@ class SecondOrder:
         """
         A, b, c = (np.asarray(part, dtype=float) for part in (system.A, system.b, system.c))
         positions, rates = _chains(A, b)
-        lags = np.setdiff1d(np.arange(b.size), np.concatenate((positions, rates)))
+        taken = {*positions.tolist(), *rates.tolist()}
+        lags = np.array([i for i in range(b.size) if i not in taken], dtype=np.intp)
         problem = _problem(A, b, c, positions, rates, lags)
         if problem:
             raise InputError(
@@ -136,7 +137,7 @@ def _problem(
     """What keeps the system from the form; empty if nothing does."""
     if positions.size == 0:
         return "no state is the derivative of another"
-    if np.unique(np.concatenate((positions, rates))).size < 2 * positions.size:
+    if len({*positions.tolist(), *rates.tolist()}) < 2 * positions.size:
         return "displacements and rates do not pair off"
     if np.any(c[rates]) or np.any(c[lags]):
         return "the nonlinear coordinate is not a displacement"
@@ -148,6 +149,6 @@ def _problem(
     if np.any(np.diag(between) >= 0.0):
         return "a lag state does not decay"
     drive = np.delete(A[lags], lags, axis=1)
-    if not np.allclose(drive, drive[:1], rtol=1e-9, atol=0.0):
+    if np.any(np.abs(drive - drive[:1]) > 1e-9 * np.abs(drive)):
         return "lag states are driven by different downwashes"
     return ""

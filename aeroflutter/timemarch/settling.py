@@ -95,28 +95,27 @@ class Watch:
             return THESIS_DIVERGENT
         return min(self.options.growth * max(self.size, abs(self.start)), OVERFLOW)
 
-    def add(self, times: Array, values: Array, pitch: Array) -> Verdict | None:
+    def add(self, times: Array, values: Array, low: float, high: float) -> Verdict | None:
         """Look at one more window.
 
         Parameters
         ----------
         times, values
             Turning points of pitch in the window.
-        pitch
-            Pitch in the window.
+        low, high
+            Extremes of pitch in the window.
 
         Returns
         -------
         Verdict or None
             The end state, once it is certain.
         """
-        low, high = float(np.min(pitch)), float(np.max(pitch))
         self.turns += values.size
         self.times = np.concatenate((self.times, times))[-KEPT:]
         self.values = np.concatenate((self.values, values))[-KEPT:]
         self.ranges = [*self.ranges[-3:], (low, high)]
         if not max(abs(low), abs(high)) <= self.bound:
-            return self._diverged(max(abs(low), abs(high)))
+            return self.diverged(max(abs(low), abs(high)))
         if self.options.criteria == "thesis":
             return self._thesis()
         return self._calm() or self._cycle()
@@ -140,7 +139,9 @@ class Watch:
         pitch, dt
             Uniform samples of the last part of the motion, up to the end, and their spacing.
         """
-        low, high = (float(edge) for edge in self.ranges[-1])
+        if verdict.state == "divergent":
+            return {}
+        low, high = self.ranges[-1]
         middle = 0.5 * (low + high)
         if verdict.state == "damped":
             rest = middle if np.isnan(self.rest) else self.rest
@@ -149,8 +150,9 @@ class Watch:
             return {"amplitude": 0.5 * (high - low), "bias": middle}
         return cycle_measures(self.times, self.values, verdict.loops, pitch, dt)
 
-    def _diverged(self, reached: float) -> Verdict:
-        if not reached < OVERFLOW:
+    def diverged(self, reached: float) -> Verdict:
+        """The verdict on a motion that has left its bound."""
+        if self.bound >= OVERFLOW or not abs(reached) < OVERFLOW:
             return Verdict("divergent", "pitch grew until it overflowed")
         return Verdict("divergent", f"pitch passed {np.degrees(self.bound):.6g} deg")
 
@@ -209,11 +211,13 @@ def closed_slopes(spring: Spring, pitch: float) -> tuple[float, ...]:
 
 
 def period_range(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, float]:
-    """Shortest and longest period of oscillation over the linear pieces, τ; NaN without any."""
-    frequencies = np.concatenate(
-        [np.abs(np.linalg.eigvals(system.closed(slope)).imag) for slope in slopes]
-    )
-    frequencies = frequencies[frequencies > 1e-6]
+    """Shortest and longest period of oscillation over the linear pieces, τ; NaN without any.
+
+    Roots that decay or grow by more than a factor exp(2π) in a turn do not count as oscillations.
+    """
+    roots = np.concatenate([np.linalg.eigvals(system.closed(slope)) for slope in slopes])
+    frequencies = np.abs(roots.imag)
+    frequencies = frequencies[(frequencies > 1e-6) & (frequencies > np.abs(roots.real))]
     if frequencies.size == 0:
         return float("nan"), float("nan")
     return float(2 * np.pi / frequencies.max()), float(2 * np.pi / frequencies.min())
@@ -233,26 +237,34 @@ def cycle_measures(
     pitch, dt
         Uniform samples up to the end, and their spacing.
     """
-    from scipy.interpolate import CubicSpline
-
     lag = 2 * loops
     count = max(1, min(8, (values.size - 1) // lag))
     period = (times[-1] - times[-1 - count * lag]) / count
     last = values[values.size - count * lag :].reshape(count, lag)
     high, low = np.mean(last.max(axis=1)), np.mean(last.min(axis=1))
-    first = np.nan
-    samples = min(pitch.size, int(np.ceil(period / dt)) + 8)
-    if samples * dt > period:
-        at = dt * np.arange(samples) - dt * (samples - 1)
-        phase = np.arange(1024) / 1024
-        cycle = CubicSpline(at, pitch[-samples:])(-period * phase)
-        first = 2.0 * abs(np.mean(cycle * np.exp(2j * np.pi * phase)))
     return {
         "amplitude": float(high - low) / 2,
         "bias": float(high + low) / 2,
         "period": float(period),
-        "first_harmonic": float(first),
+        "first_harmonic": _fundamental(pitch, period / dt),
     }
+
+
+def _fundamental(pitch: Array, period: float) -> float:
+    """Amplitude of the fundamental of the last `period` (in samples), by cubic interpolation."""
+    phase = np.arange(512) / 512
+    at = pitch.size - 3 - period * phase
+    if at[-1] < 1:
+        return float("nan")
+    i = at.astype(int)
+    f = at - i
+    cycle = (
+        -f * (f - 1) * (f - 2) / 6 * pitch[i - 1]
+        + (f + 1) * (f - 1) * (f - 2) / 2 * pitch[i]
+        - (f + 1) * f * (f - 2) / 2 * pitch[i + 1]
+        + (f + 1) * f * (f - 1) / 6 * pitch[i + 2]
+    )
+    return float(2.0 * abs(np.mean(cycle * np.exp(2j * np.pi * phase))))
 
 
 def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) -> float:

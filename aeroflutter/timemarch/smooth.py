@@ -127,7 +127,8 @@ class _Run:
         pitch = np.concatenate([*self.samples[first:], self.solver.y[None]]) @ self.system.c
         if self.options.progress:
             self.options.progress(self.solver.t / self.options.duration)
-        return self.watch.add(turns[:, 0], turns[:, 1], pitch)
+        low, high = float(np.min(pitch)), float(np.max(pitch))
+        return self.watch.add(turns[:, 0], turns[:, 1], low, high)
 
     def response(self) -> Response:
         """The result, once the march is over."""
