@@ -78,12 +78,12 @@ def extrema(Y: Complex, samples: int) -> Real:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets: Real) -> Real:
-    """Segments of a static law: rows (start, end, slope, offset, held, margin).
+    """Segments of a static law: rows (start, end, slope, offset, held, margin, extremum).
 
     `margin` is the distance of the extremum at the segment's end from the nearest break, infinite
-    where the segment does not end at one.
+    where the segment does not end at one; `extremum` is y there, else NaN.
     """
-    out = np.empty((turns.size * (breaks.size + 2), 6))
+    out = np.empty((turns.size * (breaks.size + 2), 7))
     count = 0
     for m in range(turns.size):
         start = turns[m]
@@ -97,10 +97,11 @@ def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets
                 breaks[edge] < y1 if rising else breaks[edge] > y1
             )
             stop = _level(Y, start, end, breaks[edge], 0) if leaves else end
-            out[count] = start, stop, slopes[piece], offsets[piece], np.nan, np.inf
+            out[count] = start, stop, slopes[piece], offsets[piece], np.nan, np.inf, np.nan
             if not leaves:
                 if breaks.size:
                     out[count, 5] = np.min(np.abs(breaks - y1))
+                out[count, 6] = y1
                 count += 1
                 break
             count += 1
@@ -116,7 +117,7 @@ def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, hig
     One period is run first: the memory's map over a period is a composition of clips, hence a
     clip, hence repeats itself from the second period on.
     """
-    out = np.empty((turns.size * 3, 6))
+    out = np.empty((turns.size * 3, 7))
     h, held = 0.5 * (low + high), np.nan
     count = 0
     for _ in range(2):
@@ -136,19 +137,19 @@ def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, hig
             if slides:
                 begins = (y0 - flat - h > 0) != rising and y0 != flat + h
                 first = _level(Y, start, end, flat + h, 0) if begins else start
-            out[count] = start, first if slides else end, 1.0, -h, held, np.inf
+            out[count] = start, first if slides else end, 1.0, -h, held, np.inf, np.nan
             count += 1
             if slides:
                 last = _level(Y, first, end, flat + stop, 0) if reaches else end
-                out[count] = first, last, 0.0, flat, np.nan, np.inf
+                out[count] = first, last, 0.0, flat, np.nan, np.inf, np.nan
                 count += 1
                 if reaches:
                     h, held = stop, np.nan
-                    out[count] = last, end, 1.0, -h, np.nan, np.inf
+                    out[count] = last, end, 1.0, -h, np.nan, np.inf, np.nan
                     count += 1
                 else:
                     h, held = y1 - flat, end
-            out[count - 1, 5] = margin
+            out[count - 1, 5], out[count - 1, 6] = margin, y1
     return out[:count]
 
 

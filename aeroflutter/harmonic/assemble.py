@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from aeroflutter.continuation import Event, State
 from aeroflutter.harmonic.balance import Balance, Cycle
-from aeroflutter.harmonic.moment import extremes
 from aeroflutter.harmonic.result import Bifurcation, HarmonicBranch, HarmonicOnset
 from aeroflutter.harmonic.stability import FLIP, TORUS, Stability, distance, stable
-from aeroflutter.harmonic.walk import Curve
+from aeroflutter.harmonic.walk import CORNERS, Curve
 
 __all__ = ["assemble"]
 
@@ -32,9 +31,10 @@ def assemble(
     speed = np.array([cycle.speed for cycle in cycles])
     ratio = speed / flutter if flutter else np.full(speed.shape, np.nan)
     truncation = np.array([balance.truncation(state.x) for state in curve.states])
-    ends = np.array([extremes(cycle.Y) for cycle in cycles])
+    answers = [balance.answer(state.x) for state in curve.states]
+    ends = np.array([answer.extremes for answer in answers])
     first = np.array([cycle.first_harmonic for cycle in cycles])
-    margin = np.array([balance.answer(state.x).margin for state in curve.states]) / first
+    margin = np.array([answer.margin for answer in answers]) / first
     multipliers, error, is_stable, certain = _stability(balance, curve.states, stability, margin)
     amplitude = 0.5 * (ends[:, 1] - ends[:, 0])
     bifurcations = _bifurcations(balance, curve, stability, flutter)
@@ -90,13 +90,16 @@ def _bifurcations(
     balance: Balance, curve: Curve, stability: Stability | None, flutter: float | None
 ) -> tuple[Bifurcation, ...]:
     arclength = np.array([state.arclength for state in curve.states])
+    corners = [event.arclength for event in curve.events if event.name in CORNERS]
     found = []
     for event in sorted(curve.events, key=lambda event: event.arclength):
         kind = _kind(event, stability)
         if kind is None or not arclength[0] <= event.arclength <= arclength[-1]:
             continue
+        if kind == "grazing" and any(abs(event.arclength - at) < 1e-6 for at in corners):
+            continue  # the multipliers jump because of the corner
         cycle = balance.unpack(event.x)
-        low, high = extremes(cycle.Y)
+        low, high = balance.answer(event.x).extremes
         found.append(
             Bifurcation(
                 kind=kind,

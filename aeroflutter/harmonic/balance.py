@@ -91,6 +91,7 @@ class Balance:
         if not symmetric:  # the mean has no imaginary part
             self._rows = np.delete(self._rows, self.ks.size)
         self._last: tuple[Real, Real, Real] | None = None
+        self._answered: tuple[Real, Answer] | None = None
 
     @property
     def unknowns(self) -> int:
@@ -127,25 +128,37 @@ class Balance:
 
     def answer(self, x: Real) -> Answer:
         """What the spring answers to the motion of unknowns x."""
-        return answer(self.spring, self.unpack(x).Y)
+        if self._answered is None or not np.array_equal(self._answered[0], x):
+            self._answered = np.array(x), answer(self.spring, self.unpack(x).Y)
+        return self._answered[1]
 
     def truncation(self, x: Real) -> float:
-        """Estimate of the harmonics left out, as a share of the amplitude.
+        """Estimate of the harmonics left out, as a share of the amplitude: H+1 … 2H+1 together."""
+        return float(self._missing(x, 2 * int(self.ks[-1]) + 1)[1].sum())
 
-        One step of Newton's method on each of the harmonics H+1 … 2H+1 alone: the imbalance of
-        the harmonic over the loop's stiffness against it.
+    def sufficient(self, x: Real, tolerance: float, most: int) -> int:
+        """Highest harmonic at which the estimate would fall below a tolerance, as seen from x."""
+        ks, missing = self._missing(x, 2 * most + 1)
+        total = np.concatenate(([0.0], np.cumsum(missing)))
+        tops = np.unique(np.minimum(np.append(self.ks[-1:], ks), most))
+        left_out = total[np.searchsorted(ks, 2 * tops + 1, "right")]
+        left_out -= total[np.searchsorted(ks, tops, "right")]
+        return int(tops[left_out <= tolerance][0]) if np.any(left_out <= tolerance) else most
+
+    def _missing(self, x: Real, top: int) -> tuple[Index, Real]:
+        """Harmonics H+1 … top, and an estimate of each over the amplitude.
+
+        One step of Newton's method on each alone: the imbalance of the harmonic over the loop's
+        stiffness against it.
         """
-        cycle = self.unpack(x)
-        given = answer(self.spring, cycle.Y)
-        top = int(self.ks[-1])
-        ks = np.arange(top + 1, 2 * top + 2)
+        cycle, given = self.unpack(x), self.answer(x)
+        ks = np.arange(int(self.ks[-1]) + 1, top + 1)
         if self.symmetric:
             ks = ks[ks % 2 == 1]
         A, b = self.family.stack(cycle.speed)
         stiffness = inverse_transfer(A, b, self.family.c, 1j * ks * cycle.omega)
         stiffness = stiffness + given.slope(1)[0]
-        missing = np.abs(given.moment(2 * top + 2)[ks] / stiffness)
-        return float(missing.sum()) / cycle.first_harmonic
+        return ks, np.abs(given.moment(top + 1)[ks] / stiffness) / cycle.first_harmonic
 
     def _relative(self, x: Real) -> Complex:
         """Y_k/A for every k that takes part."""
@@ -169,7 +182,7 @@ class Balance:
     def _assemble(self, x: Real) -> tuple[Real, Real]:
         cycle, eta, m = self.unpack(x), self._relative(x), self.ks.size
         scale = float(np.exp(x[AMPLITUDE]))
-        given = answer(self.spring, cycle.Y)
+        given = self.answer(x)
         F = given.moment(int(self.ks[-1]) + 1)[self.ks] / scale
         s = 1j * self.ks * cycle.omega
         (A, b), (dA, db) = (f(cycle.speed) for f in (self.family.stack, self.family.derivative))

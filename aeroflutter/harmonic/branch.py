@@ -27,6 +27,7 @@ Real = NDArray[np.float64]
 _FIRST = 7  # harmonics to begin with, where their number is automatic
 _SMALL = 0.02  # distortion below which a describing function is a good start
 _SCALE_SPEED = 0.3
+_STRIDE = 0.2
 
 
 def harmonic_balance(
@@ -140,7 +141,7 @@ def continue_branch(
     if symmetric is None:
         symmetric = spring.odd if options.symmetric is None else options.symmetric
     flutter = flutter_speed(family) if flutter is None else flutter
-    count = options.harmonics or min(_FIRST, options.max_harmonics)
+    count = options.harmonics or _enough(family, spring, start, options, symmetric, flutter)
     while True:
         last = options.harmonics is not None or count >= options.max_harmonics
         balance = Balance(family, spring, count, symmetric)
@@ -153,6 +154,29 @@ def continue_branch(
         if not curve.states:
             raise ConvergenceError("the spring is linear along the whole branch")
         return assemble(balance, curve, stability, flutter, options.tolerance, number)
+
+
+def _enough(
+    family: LureFamily,
+    spring: Spring,
+    start: Cycle,
+    options: HarmonicOptions,
+    symmetric: bool,
+    flutter: float | None,
+) -> int:
+    """Harmonics that should do, from quick walks with few of them."""
+    strides = replace(options, max_step=max(_STRIDE, options.max_step))
+    count = min(_FIRST, options.max_harmonics)
+    while True:
+        balance = Balance(family, spring, count, symmetric)
+        curve = _follow(balance, start, strides, None, flutter, endless=True)
+        needed = [
+            balance.sufficient(state.x, 0.8 * options.tolerance, options.max_harmonics)
+            for state in curve.states
+        ]
+        if max(needed, default=0) <= count:
+            return count
+        count = max(needed)
 
 
 def solve_cycle(

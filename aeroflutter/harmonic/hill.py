@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.harmonic._kernel_hill import determinants
 from aeroflutter.harmonic.balance import Cycle
 from aeroflutter.harmonic.moment import Answer
 from aeroflutter.lure import LureFamily
@@ -37,7 +38,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _MARGIN = 1.3  # radius of the circle of samples over the spectral radius of the mean system
-_COUNTS = (16, 32, 64, 128)  # truncations tried, one after the other
+_COUNTS = (12, 24, 48, 96, 144)  # truncations tried, one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,7 @@ def multipliers(
     symmetric : bool
         Whether the cycle is half-wave symmetric.
     tolerance : float
-        The truncation is doubled until the error is below it; at 128 harmonics of the period
+        The truncation is doubled until the error is below it; at 144 harmonics of the period
         (of the half period where the cycle is symmetric) the error is left as it is.
     """
     sign = -1.0 if symmetric else 1.0
@@ -129,7 +130,7 @@ class _Hill:
         H = self.mean.transfer((self.sigma[:, None] + 1j * n) * self.omega)
         if self.answer.held.at.size:
             kernel = kernel - _held_kernel(self.answer, self.fold, n, self.sigma)
-        D = np.linalg.det(H[:, :, None] * kernel + np.eye(n.size))
+        D = determinants(H[:, :, None] * kernel + np.eye(n.size))
         return self._polynomial(D * np.prod(self.upper[:, None] - self.mean_roots, axis=1))
 
     def _polynomial(self, upper: Complex) -> tuple[Complex, complex]:

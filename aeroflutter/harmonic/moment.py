@@ -27,7 +27,7 @@ from aeroflutter.errors import ConvergenceError
 from aeroflutter.harmonic import _kernel_segments as kernel
 from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear, Spring, respond
 
-__all__ = ["Answer", "Held", "answer", "extremes", "waveform"]
+__all__ = ["Answer", "Held", "answer", "waveform"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -62,6 +62,7 @@ class Answer(ABC):
     3. `held` are the stretches on which the moment remembers an extremum.
     4. `margin` is the distance in pitch from the next change of the sequence of segments.
     5. `sequence` tells two sequences of segments apart; `straight` says that there is one only.
+    6. `extremes` are the smallest and the largest y.
     """
 
     Y: Complex
@@ -75,6 +76,13 @@ class Answer(ABC):
 
     @abstractmethod
     def slope(self, count: int) -> Complex: ...
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Smallest and largest y over the period."""
+        turns = kernel.extrema(self.Y, _samples(self.Y))
+        values = [kernel.value(self.Y, float(theta))[0] for theta in turns]
+        return min(values), max(values)
 
     def derivative(self, ks: NDArray[np.intp]) -> Real:
         """∂(F_k)/∂(Y_l) for k, l in `ks` as real numbers, shape (2m, 2m).
@@ -118,8 +126,14 @@ class Segmented(Answer):
     end: Real
     slopes: Real
     offsets: Real
+    turning: Real
     held: Held
     margin: float
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Smallest and largest y, known from the segments."""
+        return float(self.turning.min()), float(self.turning.max())
 
     @property
     def sequence(self) -> tuple[int, ...]:  # type: ignore[override]
@@ -161,12 +175,12 @@ class Polynomial(Answer):
 
     def slope(self, count: int) -> Complex:
         """Fourier coefficients of β₁ + 3 β₃ y²."""
-        y = waveform(self.Y, _power_of_two(2 * self.Y.size + count))
+        y = waveform(self.Y, _power_of_two(2 * (self.Y.size + count)))
         return _transform(self.beta1 + 3 * self.beta3 * y * y, count)
 
     def moment(self, count: int) -> Complex:
         """Harmonics of β₁ y + β₃ y³."""
-        y = waveform(self.Y, _power_of_two(3 * self.Y.size + count))
+        y = waveform(self.Y, _power_of_two(max(3 * self.Y.size + count, 2 * count)))
         F = 2 * _transform(y * (self.beta1 + self.beta3 * y * y), count)
         F[0] *= 0.5
         return F
@@ -233,7 +247,7 @@ def answer(spring: Spring, Y: Complex) -> Answer:
         return Polynomial(Y, spring.beta1, spring.beta3)
     if not isinstance(spring, (Hysteresis, PiecewiseLinear)):
         return Sampled(Y, spring)
-    turns = kernel.extrema(Y, _power_of_two(8 * Y.size))
+    turns = kernel.extrema(Y, _samples(Y))
     if turns.size == 0:
         raise ConvergenceError("the motion has no extremum")
     if isinstance(spring, Hysteresis):
@@ -241,10 +255,11 @@ def answer(spring: Spring, Y: Complex) -> Answer:
     else:
         p = spring.pieces()
         rows = kernel.static_segments(Y, turns, p.breaks, p.slopes, p.offsets)
-    start, end, slopes, offsets, at, margin = rows.T
+    start, end, slopes, offsets, at, margin, turning = np.ascontiguousarray(rows.T)
     remembers = np.isfinite(at)
     held = Held(at[remembers], start[remembers], end[remembers])
-    return Segmented(Y, start, end, slopes, offsets, held, float(np.min(margin)))
+    values = turning[np.isfinite(turning)]
+    return Segmented(Y, start, end, slopes, offsets, values, held, float(np.min(margin)))
 
 
 def waveform(Y: Complex, samples: int) -> Real:
@@ -255,16 +270,14 @@ def waveform(Y: Complex, samples: int) -> Real:
     return np.fft.irfft(half, samples)
 
 
-def extremes(Y: Complex) -> tuple[float, float]:
-    """Smallest and largest y over the period."""
-    turns = kernel.extrema(Y, _power_of_two(8 * Y.size))
-    values = [kernel.value(Y, float(theta))[0] for theta in turns]
-    return min(values), max(values)
-
-
 def _transform(samples: Real, count: int) -> Complex:
     """Fourier coefficients 0 … count-1 of samples over one period."""
     return np.asarray(np.fft.rfft(samples)[:count] / samples.size)
+
+
+def _samples(Y: Complex) -> int:
+    """Samples a period in which the extrema of y are looked for: four an oscillation or more."""
+    return _power_of_two(4 * Y.size)
 
 
 def _power_of_two(least: int) -> int:

@@ -14,7 +14,7 @@ __all__ = ["Stability"]
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_NEUTRAL = 1e-6  # a multiplier this close to one belongs to a continuum, not to an instability
+_NEUTRAL = 1e-6  # this close to one, or within its error, it belongs to a continuum of cycles
 _BELIEVABLE = 0.05  # error of the multipliers above which an event is not reported
 
 FLIP, TORUS = "flip", "torus"
@@ -77,16 +77,19 @@ class Stability:
 
 
 def stable(found: Multipliers) -> bool:
-    """Whether every multiplier but the trivial one lies inside the unit circle."""
-    others = found.all[1:]
-    return bool(np.all((np.abs(others) < 1) | (np.abs(others - 1) < _NEUTRAL)))
+    """Whether every multiplier but the trivial and neutral ones lies inside the unit circle."""
+    return bool(np.all(np.abs(_proper(found)) < 1))
 
 
 def distance(found: Multipliers) -> float:
     """Distance of the nearest multiplier, trivial and neutral ones left out, from the circle."""
+    return float(np.min(np.abs(np.abs(_proper(found)) - 1), initial=np.inf))
+
+
+def _proper(found: Multipliers) -> Complex:
+    """Multipliers that say something of stability."""
     others = found.all[1:]
-    others = others[np.abs(others - 1) >= _NEUTRAL]
-    return float(np.min(np.abs(np.abs(others) - 1), initial=np.inf))
+    return others[np.abs(others - 1) > max(_NEUTRAL, found.error)]
 
 
 def _compressed(value: float) -> float:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from aeroflutter.continuation import ContinuationOptions, Event, State, Test, Walk, tangent_at
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.harmonic.balance import Balance
-from aeroflutter.harmonic.moment import extremes
 from aeroflutter.springs import Hysteresis
 
 __all__ = ["Curve", "TooFewHarmonics", "follow"]
 
 Real = NDArray[np.float64]
 
-_CORNERS = 4  # sharp corners turned on one walk
+CORNERS = ("corner", "lower corner")
+_TURNS = 4  # sharp corners turned on one walk
 _PROBES = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 _LEAVE = 1e-3  # first step away from a sharp corner
 
@@ -99,7 +99,7 @@ class _Side:
         self.events: list[Event] = []
         self.stop, self.closed = "", False
         walk: Walk | None = self._walk(start, along)
-        for _ in range(_CORNERS):
+        for _ in range(_TURNS):
             if walk is None:
                 break
             walk = self._run(walk)
@@ -147,7 +147,7 @@ class _Side:
                 continue
             if self.balance.answer(walk.first.x).sequence != sequence:
                 self.states[-1] = replace(state, corner=True)
-                self.events.append(Event("corner", state.x, state.tangent, state.arclength, True))
+                self.events.append(Event(CORNERS[0], state.x, state.tangent, state.arclength, True))
                 return walk
         return None
 
@@ -159,9 +159,9 @@ def kinks(balance: Balance) -> dict[str, Test]:
         return {}
 
     def top(x: Real, _: Real) -> float:
-        return (extremes(balance.unpack(x).Y)[1] - spring.v1 - spring.h_high) / spring.scale
+        return (balance.answer(x).extremes[1] - spring.v1 - spring.h_high) / spring.scale
 
     def bottom(x: Real, _: Real) -> float:
-        return (extremes(balance.unpack(x).Y)[0] - spring.v2 - spring.h_low) / spring.scale
+        return (balance.answer(x).extremes[0] - spring.v2 - spring.h_low) / spring.scale
 
-    return {"corner": top} if balance.symmetric else {"corner": top, "lower corner": bottom}
+    return dict(zip(CORNERS, (top,) if balance.symmetric else (top, bottom), strict=False))
