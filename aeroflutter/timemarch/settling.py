@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aeroflutter.springs import Hysteresis, PiecewiseLinear
-from aeroflutter.timemarch._kernel_settle import repeats
+from aeroflutter.timemarch._kernel_settle import mismatch, repeats
 from aeroflutter.timemarch.response import SimulateOptions, State
 
 if TYPE_CHECKING:
@@ -188,9 +188,19 @@ class Watch:
         return Verdict("undecided", f"{why} at tau = {time:g} after {cycles} cycles")
 
     def _drifting(self) -> bool:
-        """Whether the motion repeats from cycle to cycle but for a slow change."""
-        loops, _ = repeats(self.times, self.values, MOST_LOOPS, 10 * self.recurrence, np.inf)
-        return loops > 0
+        """Whether the last hundred cycles resemble one another but for a slow change.
+
+        Fewer would take the quiet spells of an intermittent chaos for a drift.
+        """
+        for loops in range(1, 5):
+            span = min(self.values.size - 2 * loops, 200)
+            if span < 16:
+                return False
+            size = 0.5 * float(np.ptp(self.values[-span:]))
+            error, spread = mismatch(self.times, self.values, loops, span)
+            if error <= 10 * self.recurrence * size and spread <= 10 * self.recurrence:
+                return True
+        return False
 
 
 def _loops(count: int) -> str:
