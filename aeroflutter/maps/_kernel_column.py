@@ -1,0 +1,454 @@
+"""Compiled end states of a whole column of a map: cells of one system, decided in their order.
+
+A cell is followed from return to return on the section where y leaves the spring's top switch
+upwards. It is over when
+
+- a bound of all the motion to come stays within the present piece (damped), or
+- it has joined the path of an earlier cell that ended on an attracting cycle: three returns in a
+  row lie on three segments in a row of that path, and come closer to it or stay within the
+  error of a straight segment. Where the segments of a path follow each other smoothly, the path is
+  the slow curve of the return map, all other directions contract onto it, and along it there is
+  but one way to go.
+
+Everything else (the first cells of a column, motions that never reach the section, chaotic ones,
+unstable outer pieces) goes to `timemarch._kernel_exact_ends.settle` from where it stands.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from aeroflutter.timemarch._kernel_exact import (
+    HIGH,
+    HUGE,
+    LOW,
+    NONE,
+    RISING,
+    STICK,
+    Index,
+    apply,
+    clear,
+    clip,
+    combine,
+    event,
+    flow_matrix,
+    round_off,
+    workspace,
+)
+from aeroflutter.timemarch._kernel_exact_cycle import keep, no_cycles
+from aeroflutter.timemarch._kernel_exact_ends import (
+    AMPLITUDE,
+    ATTRACTOR,
+    BIAS,
+    REST,
+    TIME,
+    Problem,
+    report,
+    settle,
+)
+from aeroflutter.timemarch._kernel_exact_proofs import (
+    CONVERGED,
+    DAMPED,
+    KNOWN,
+    LCO,
+    MARGIN,
+    TRAPPED,
+)
+from aeroflutter.timemarch._kernel_exact_roots import Y_POWER, Y
+from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array
+
+OVER, JOINED, OPEN = 0, 1, 2  # what following a cell came to
+
+MOST_PATHS = 12
+MOST_RETURNS = 1024
+MOST_SWITCHES = 64  # between two returns
+MOST_STEPS = 4000
+LAGS = 4  # periods, in returns, that count as settling
+CLOSE = 1e-2  # what a motion may still change by, relative, when `settle` takes over
+BESIDE = 3e-2  # relative distance from a path at which it is first compared with it
+CLOSER = 0.8  # factor by which it must come closer
+STRAIGHT = 0.05  # part of a segment by which it may bend
+FLOOR = 1e-6
+CONFIRMED = 2  # further returns that agree with a path
+PARALLEL = 0.1  # relative bend between segments of a slow curve
+
+
+class Paths(NamedTuple):
+    """Returns of cells that ended on cycles: q paths, k returns, n states.
+
+    Attributes
+    ----------
+    points, rates
+        State and y' at each return, (q, k, n) and (q, k).
+    smooth
+        1 where a segment and the two after it follow each other smoothly, (q, k).
+    sizes
+        Size of each state over that of y', (q, n).
+    length, cycle
+        Returns, and place of the cycle among those known, (q,).
+    """
+
+    points: Array
+    rates: Array
+    smooth: Index
+    sizes: Array
+    length: Index
+    cycle: Index
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def no_paths(n: int) -> Paths:
+    """Room for the paths of a column; the last is that of the cell at hand."""
+    return Paths(
+        np.empty((MOST_PATHS + 1, MOST_RETURNS, n)),
+        np.empty((MOST_PATHS + 1, MOST_RETURNS)),
+        np.zeros((MOST_PATHS + 1, MOST_RETURNS), dtype=np.int64),
+        np.ones((MOST_PATHS + 1, n)),
+        np.zeros(MOST_PATHS + 1, dtype=np.int64),
+        np.zeros(MOST_PATHS + 1, dtype=np.int64),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settled(points: Array, rates: Array, q: int, k: int) -> bool:
+    """Whether return k of path q is so near a cycle that Newton will find it."""
+    n = points.shape[2]
+    for lag in range(1, LAGS + 1):
+        if k < 2 * lag:
+            return False
+        size = abs(rates[q, k])
+        new = abs(rates[q, k] - rates[q, k - lag])
+        old = abs(rates[q, k - lag] - rates[q, k - 2 * lag])
+        if not (new < CLOSE * size and old < 10.0 * CLOSE * size):
+            continue
+        left = new * new / (old - new) if new < old else np.inf
+        if new < 1e-12 * size:
+            left = 0.0
+        if left < CLOSE * size:
+            far = 0.0
+            for i in range(n):
+                span = abs(points[q, k, i]) + abs(points[q, k - lag, i])
+                far = max(far, abs(points[q, k, i] - points[q, k - lag, i]) / (span + 1e-300))
+            if far < 10.0 * CLOSE:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def segment(rates: Array, length: int, q: int, rate: float, hint: int) -> int:
+    """The segment of path q on which y' passes `rate`, from `hint` on; -1 if there is none."""
+    for k in range(max(hint, 0), length - 1):
+        a, b = rates[q, k], rates[q, k + 1]
+        if (a <= rate < b) or (b < rate <= a):
+            return k
+    return -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def beside(
+    points: Array, rates: Array, sizes: Array, q: int, k: int, point: Array, row: int, rate: float
+) -> tuple[float, float]:
+    """Relative distance of a return from segment k of path q, and length of the segment."""
+    n = points.shape[2]
+    theta = (rate - rates[q, k]) / (rates[q, k + 1] - rates[q, k])
+    unit = 1.0 / (abs(rate) + 1e-300)
+    far, long = 0.0, 0.0
+    for i in range(n):
+        step = points[q, k + 1, i] - points[q, k, i]
+        away = abs(point[row, i] - points[q, k, i] - theta * step)
+        scale = unit / sizes[q, i]
+        far = max(far, away * scale)
+        long = max(long, abs(step) * scale)
+    return far, long
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def survey(paths: Paths, q: int) -> None:
+    """Sizes of the states on path q, and where its segments follow each other smoothly."""
+    points, rates, smooth, sizes = paths.points, paths.rates, paths.smooth, paths.sizes
+    n = points.shape[2]
+    length = paths.length[q]
+    for i in range(n):
+        size = 0.0
+        for k in range(length):
+            size = max(size, abs(points[q, k, i]) / (abs(rates[q, k]) + 1e-300))
+        sizes[q, i] = max(size, 1e-300)
+    for k in range(length):
+        smooth[q, k] = 0
+    for k in range(length - 3):
+        fine = True
+        for j in range(k, k + 2):
+            first, second = rates[q, j + 1] - rates[q, j], rates[q, j + 2] - rates[q, j + 1]
+            ratio = second / first if first != 0.0 else np.inf
+            if not 0.05 < ratio < 4.0:
+                fine = False
+                break
+            bend, long = 0.0, 0.0
+            for i in range(n):
+                one = points[q, j + 1, i] - points[q, j, i]
+                two = points[q, j + 2, i] - points[q, j + 1, i]
+                bend = max(bend, abs(two - ratio * one) / sizes[q, i])
+                long = max(long, max(abs(two), abs(ratio * one)) / sizes[q, i])
+            if bend > PARALLEL * long:
+                fine = False
+                break
+        smooth[q, k] = 1 if fine else 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def follow(
+    bernstein: Array, power: Array, full: Array, flow: Array, steps: Array, noise: Array,
+    generator: Array, c: Array, memory: int, edges: Array, table: Index, offsets: Array,
+    loop: Array, law_size: float, decays: Index, rows: Array, heads: Index, centre: Array,
+    rests: Array, free: Array, xs: Array, w: Array, M: Array, h: float, points: Array,
+    rates: Array, smooth: Index, sizes: Array, length: Index, count: int, hints: Index,
+    far: Array, agreed: Index, time: float,
+) -> tuple[int, int, int, float, float, float, int]:  # fmt: skip
+    """Follow one cell until it is over, has joined a path, or is for `settle` to decide.
+
+    Parameters
+    ----------
+    bernstein … table, offsets, loop
+        The tables and the law of the system, see `timemarch`.
+    decays … free
+        Proofs that a motion stays on its piece.
+    xs
+        (x, u) in row 0; work space in row 1.
+    h
+        Memory of the spring.
+    points … length
+        Paths; `count` of them are known, the cell at hand fills the last.
+    hints, far, agreed
+        Work space a path.
+    time
+        Longest time.
+
+    Returns
+    -------
+    end, q, now, h, t, rest, k
+        What came of it, the path joined, the row of `xs` that holds the state, its memory, the
+        time, the y of rest, and the number of returns.
+    """
+    n = c.size
+    own = points.shape[0] - 1
+    v1, v2, h_low, h_high = loop[0], loop[1], loop[2], loop[3]
+    now, t, k = 0, 0.0, 0
+    y = 0.0
+    for i in range(n):
+        y += c[i] * xs[0, i]
+    mode = 0
+    if memory:
+        h = clip(clip(h, y - v1, y - v2), h_low, h_high)
+    else:
+        while mode + 1 < offsets.size and y >= edges[mode + 1]:
+            mode += 1
+    top = offsets.size - 2  # the piece below the last edge
+    for q in range(count):
+        hints[q], agreed[q], far[q] = -1, -1, np.inf
+    switches = 0
+    kind = LOW  # so that the first mode is looked at
+    p, piece, u, low, high, direction = 0, 0, 0.0, 0.0, 0.0, 0
+    for _ in range(MOST_STEPS * MOST_RETURNS):
+        if kind != NONE:
+            if memory == 0:
+                p, piece, u, low, high, direction = (
+                    table[mode], mode, -offsets[mode], edges[mode], edges[mode + 1], 0,
+                )  # fmt: skip
+            elif mode == STICK:
+                p, u, direction = table[0], h, 0
+                low = -np.inf if h <= h_low else h + v2
+                high = np.inf if h >= h_high else h + v1
+            elif mode == RISING:
+                p, u, low, high, direction = table[1], -v1, -np.inf, h_high + v1, 1
+            else:
+                p, u, low, high, direction = table[1], -v2, h_low + v2, np.inf, -1
+        xs[now, n] = u
+        if direction == 0 and decays[piece]:
+            rest = rests[piece, 0] + rests[piece, 1] * h
+            for j in range(n):
+                rest += free[piece, j] * xs[now, j]
+            room = min(high - rest, rest - low)
+            if room > 0.0:
+                bound, group = 0.0, 0.0
+                for i in range(n):
+                    value = 0.0
+                    for j in range(n):
+                        away = xs[now, j] - centre[piece, 0, j] - centre[piece, 1, j] * h
+                        value += rows[piece, i, j] * away
+                    if heads[piece, i]:
+                        bound += np.sqrt(group)
+                        group = 0.0
+                    group += value * value
+                bound += np.sqrt(group)
+                if bound * MARGIN < room:
+                    return OVER, -1, now, h, t, rest, k
+        combine(bernstein, p, xs, now, w, Y)
+        if not abs(w[Y, DEGREE]) < HUGE:
+            break
+        s, kind = 1.0, NONE
+        if not clear(w, low, high, direction):
+            combine(power, p, xs, now, w, Y_POWER)
+            s, kind = event(w, low, high, direction, round_off(noise, p, xs, now, law_size))
+            s = min(s, 1.0)
+        if s == 1.0:
+            apply(full, p, xs, now)
+        else:
+            flow_matrix(flow, p, s, M)
+            apply(M, 0, xs, now)
+        now = 1 - now
+        t += s * steps[p]
+        if t > time:
+            break
+        if kind == NONE:
+            switches += 1
+            if switches > MOST_STEPS:
+                break
+            continue
+        returned = kind == HIGH and ((memory == 1 and mode == RISING) or mode == top)
+        if memory == 0:
+            mode = mode - 1 if kind == LOW else mode + 1
+            piece = mode
+        elif mode == STICK:
+            mode = 2 if kind == LOW else RISING
+            returned = False
+        else:
+            if kind == HIGH:
+                h = h_high
+            elif kind == LOW:
+                h = h_low
+            else:
+                y = 0.0
+                for i in range(n):
+                    y += c[i] * xs[now, i]
+                h = clip(y - (v1 if mode == RISING else v2), h_low, h_high)
+            mode = STICK
+        switches += 1
+        if not returned:
+            if switches > MOST_SWITCHES:
+                break
+            continue
+        switches = 0
+        rate = generator[p, 0, n] * 0.0
+        for i in range(n):
+            if c[i] != 0.0:
+                slope = generator[p, i, n] * u
+                for j in range(n):
+                    slope += generator[p, i, j] * xs[now, j]
+                rate += c[i] * slope
+        for i in range(n):
+            points[own, k, i] = xs[now, i]
+        rates[own, k] = rate
+        for q in range(count):
+            if hints[q] >= 0 and agreed[q] >= 0:
+                at = hints[q] + 1
+                inside = at + 1 < length[q] and (
+                    (rates[q, at] <= rate < rates[q, at + 1])
+                    or (rates[q, at + 1] < rate <= rates[q, at])
+                )
+                at = at if inside else -1
+            else:
+                at = segment(rates, length[q], q, rate, 0)
+            if at < 0 or smooth[q, at] == 0:
+                hints[q], agreed[q], far[q] = -1, -1, np.inf
+                continue
+            away, long = beside(points, rates, sizes, q, at, xs, now, rate)
+            near = away < BESIDE and (
+                agreed[q] < 0 or away < max(CLOSER * far[q], max(STRAIGHT * long, FLOOR))
+            )
+            if not near:
+                hints[q], agreed[q], far[q] = -1, -1, np.inf
+                continue
+            hints[q], far[q] = at, away
+            agreed[q] += 1
+            if agreed[q] >= CONFIRMED and away < max(STRAIGHT * long, FLOOR):
+                return JOINED, q, now, h, t, 0.0, k
+        if settled(points, rates, own, k):
+            return OPEN, -1, now, h, t, 0.0, k + 1
+        k += 1
+        if k == MOST_RETURNS:
+            break
+    return OPEN, -1, now, h, t, 0.0, k
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def decide_column(
+    problem: Problem, states: Array, memories: Array, codes: Index, numbers: Array
+) -> tuple[int, int]:
+    """End states of the cells of one system.
+
+    Parameters
+    ----------
+    problem
+        The system, its spring and the limits.
+    states, memories
+        Where the cells start, (m, n) and (m,).
+    codes
+        Filled with state and reason, (m, 2).
+    numbers
+        Filled with what was found, (m, `NUMBERS`).
+
+    Returns
+    -------
+    joined, paths
+        Number of cells that joined a path, and of paths.
+    """
+    tables, law, proofs = problem.tables, problem.law, problem.proofs
+    n = tables.c.size
+    known, own_cycle = no_cycles(MOST_PATHS, n), no_cycles(1, n)
+    paths = no_paths(n)
+    work = workspace(n)
+    xs, w, M = work.xs, work.polynomials, work.M
+    hints = np.empty(MOST_PATHS, dtype=np.int64)
+    agreed = np.empty(MOST_PATHS, dtype=np.int64)
+    far = np.empty(MOST_PATHS)
+    x = np.empty(n)
+    cycles, count, joined = 0, 0, 0
+    last = MOST_PATHS
+    for cell in range(memories.size):
+        h, t, k = memories[cell], 0.0, 0
+        x[:] = states[cell]
+        if proofs.unstable == 0:
+            xs[0, :n] = x
+            end, q, now, h, t, rest, k = follow(
+                tables.bernstein, tables.power, tables.full, tables.flow, tables.step,
+                tables.noise, tables.generator, tables.c, law.memory, law.edges, law.table,
+                law.offsets, law.loop, law.size, proofs.decays, proofs.rows, proofs.heads,
+                proofs.centre, proofs.rest, proofs.free, xs, w, M, h, paths.points, paths.rates,
+                paths.smooth, paths.sizes, paths.length, count, hints, far, agreed, problem.time,
+            )  # fmt: skip
+            if end == OVER:
+                numbers[cell] = np.nan
+                numbers[cell, TIME], numbers[cell, AMPLITUDE] = t, 0.0
+                numbers[cell, BIAS] = numbers[cell, REST] = rest
+                codes[cell, 0], codes[cell, 1] = DAMPED, TRAPPED
+                continue
+            if end == JOINED:
+                numbers[cell] = np.nan
+                numbers[cell, TIME] = t
+                report(numbers[cell], known, paths.cycle[q], paths.cycle[q])
+                codes[cell, 0], codes[cell, 1] = LCO, KNOWN
+                joined += 1
+                continue
+            x[:] = xs[now, :n]
+        state, reason, _, _ = settle(problem, known, cycles, own_cycle, x, h, numbers[cell])
+        numbers[cell, TIME] += t
+        codes[cell, 0], codes[cell, 1] = state, reason
+        if state != LCO:
+            continue
+        if reason == CONVERGED:
+            if own_cycle.free[0] or cycles == known.loops.size:
+                continue
+            keep(own_cycle, known, cycles)
+            numbers[cell, ATTRACTOR] = cycles
+            cycles += 1
+        if count < MOST_PATHS and k >= 4:
+            paths.length[count] = k
+            paths.cycle[count] = int(numbers[cell, ATTRACTOR])
+            paths.points[count, :k] = paths.points[last, :k]
+            paths.rates[count, :k] = paths.rates[last, :k]
+            survey(paths, count)
+            count += 1
+    return joined, count
