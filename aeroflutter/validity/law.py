@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from aeroflutter.harmonic.moment import answer
 from aeroflutter.lure import LureFamily, inverse_transfer
 from aeroflutter.springs import Cubic, Hysteresis, Pieces, PiecewiseLinear, Spring, Table, simplify
+from aeroflutter.validity._kernel_play import memory_first_harmonic
 
 __all__ = ["Law", "Unfit", "law_of"]
 
@@ -80,6 +81,15 @@ class Law:
             for a in amplitude
         ]
         return np.array(rows)
+
+    def first_harmonic(self, y: Real) -> Complex:
+        """First harmonic of the answer to sampled periodic motions (m, n), shape (m,)."""
+        if isinstance(self.spring, Hysteresis):
+            loop = self.spring
+            memory = memory_first_harmonic(y, loop.delta_v / 2, loop.delta_h / 2)
+            return np.asarray(np.fft.rfft(y, axis=1)[:, 1] * 2 / y.shape[1] - memory)
+        turn = np.exp(-2j * np.pi * np.arange(y.shape[1]) / y.shape[1])
+        return np.asarray(2 * (self.spring.moment(y) @ turn) / y.shape[1])
 
     def variation(self, amplitude: Real) -> Real:
         """Bound on the total variation of dF/dθ over the period under a sin θ.

@@ -33,7 +33,7 @@ Flags = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 _REACHES = (1.05, 1.2, 1.5, 2.0)  # pitch up to which a cubic's slope is bounded, over the amplitude
-_BATCH = 4000  # triples evaluated at once
+_BATCH = 2000  # triples evaluated at once
 _SLOWEST = 0.6  # lowest frequency a region may reach, over the point's
 
 METHODS = ("mean square", "supremum")
