@@ -172,7 +172,7 @@ class Balance:
         if self._last is not None and np.array_equal(self._last[0], x):
             return self._last[1:]
         try:
-            with np.errstate(over="ignore", invalid="ignore"):
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 residual, jacobian = self._assemble(np.asarray(x))
         except np.linalg.LinAlgError:
             raise ConvergenceError("the loop has no transfer function here") from None

@@ -1,0 +1,286 @@
+"""Guarantees of the describing function against converged cycles of random sections and springs.
+
+    python benchmarks/bench_validity.py [CASES]
+
+For CASES (1000) static and as many hysteresis springs on random sections a cycle of the describing
+function is drawn at random. Its band must contain the speed and the frequency of the cycle with the
+same first harmonic, converged by harmonic balance to 1e-8 of the amplitude (1e-6 where 201
+harmonics do not reach that): any band that does not is a counterexample, printed with all that it
+takes to repeat it. Points without a guarantee calibrate the distortion as its stand-in.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
+from aeroflutter.lure import SectionFamily, inverse_transfer
+from aeroflutter.section import TypicalSection
+from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table
+from aeroflutter.validity import DOUBTFUL, expected_error, guarantees_at
+
+
+@dataclass(frozen=True, kw_only=True)
+class Draw:
+    """A random section and spring, and a cycle of the describing function."""
+
+    section: TypicalSection
+    spring: Spring
+    amplitude: float
+    speed: float
+    omega: float
+    distortion: float
+
+    @property
+    def family(self) -> SectionFamily:
+        return SectionFamily(self.section)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What the guarantee says of a draw, and what is true."""
+
+    guaranteed: bool
+    method: str
+    reason: str
+    inside: bool
+    width: float
+    error: float
+    distortion: float
+    truncation: float
+    draw: Draw
+
+
+def random_section(rng: np.random.Generator) -> TypicalSection:
+    r_alpha = rng.uniform(0.35, 0.7)
+    return TypicalSection(
+        mu=float(np.exp(rng.uniform(np.log(10), np.log(300)))),
+        a_h=-0.5 if rng.random() < 0.5 else float(rng.uniform(-0.5, -0.1)),
+        x_alpha=float(rng.uniform(0.05, 0.6) * r_alpha),
+        r_alpha=float(r_alpha),
+        omega_bar=float(np.exp(rng.uniform(np.log(0.1), np.log(1.2)))),
+        zeta_alpha=float(rng.choice([0.0, rng.uniform(0, 0.05)])),
+        zeta_xi=float(rng.choice([0.0, rng.uniform(0, 0.05)])),
+    )
+
+
+def static_spring(rng: np.random.Generator) -> Spring:
+    kind = rng.integers(4)
+    if kind == 0:
+        return Freeplay(1.0)
+    if kind == 1:
+        m_f = float(rng.uniform(0.0, 0.9))
+        return Bilinear(-0.5 * m_f, m_f, -0.5, 1.0)
+    if kind == 2:
+        return Cubic(1.0, float(rng.choice([-0.05, 1.0]) * rng.uniform(0.3, 1.0)))
+    half = np.cumsum(rng.uniform(0.2, 0.6, size=3))
+    moments = np.cumsum(np.diff(half, prepend=0.0) * rng.uniform(0.0, 1.6, size=3))
+    half, moments = np.append(half, half[-1] + 1.0), np.append(moments, moments[-1] + 1.0)
+    return Table(
+        tuple(np.concatenate((-half[::-1], half))), tuple(np.concatenate((-moments[::-1], moments)))
+    )
+
+
+def hysteresis(rng: np.random.Generator) -> Spring:
+    share = float(np.exp(rng.uniform(np.log(0.05), np.log(20.0))))
+    return Hysteresis(2.0 / (1 + share), 2.0 * share / (1 + share))
+
+
+def draw(rng: np.random.Generator, spring: Spring) -> Draw | None:
+    """A random cycle of the describing function, or None if there is none at the amplitude."""
+    section = random_section(rng)
+    family = SectionFamily(section)
+    low = spring.delta_v / 2 if isinstance(spring, Hysteresis) else 0.3 * spring.scale
+    amplitude = float(low + spring.scale * np.exp(rng.uniform(np.log(0.05), np.log(20.0))))
+    N = complex(spring.describing(amplitude).N)
+    found = crossings(family, N)
+    if not found:
+        return None
+    speed, omega = found[rng.integers(len(found))]
+    try:
+        one = HarmonicOptions(harmonics=1)
+        cycle = solve_cycle(
+            family, spring, sinusoid(amplitude, 0.0, omega, speed), hold="amplitude", options=one,
+            symmetric=True,
+        )  # fmt: skip
+    except ConvergenceError:
+        return None
+    return Draw(
+        section=section,
+        spring=spring,
+        amplitude=amplitude,
+        speed=cycle.speed,
+        omega=cycle.omega,
+        distortion=distortion(family, spring, cycle),
+    )
+
+
+def crossings(family: SectionFamily, N: complex) -> list[tuple[float, float]]:
+    """Guesses of (speed, frequency) where a root of A - N b c crosses the imaginary axis."""
+    low, high = family.search_range
+    speeds = np.geomspace(low, 0.3 * high, 300)
+    A, b = family.stack(speeds)
+    roots = np.linalg.eigvals(A - N * b[:, :, None] * family.c)
+    found = []
+    for i in range(speeds.size - 1):
+        for root in roots[i][roots[i].imag > 1e-3]:
+            near = roots[i + 1][np.argmin(np.abs(roots[i + 1] - root))]
+            if root.real < 0 <= near.real or near.real < 0 <= root.real:
+                t = root.real / (root.real - near.real)
+                found.append(
+                    (float((1 - t) * speeds[i] + t * speeds[i + 1]), float(near.imag))
+                )
+    return found
+
+
+def distortion(family: SectionFamily, spring: Spring, cycle: Cycle) -> float:
+    """Harmonics 2 … 9 of the motion over its amplitude, as the describing function predicts them."""
+    from aeroflutter.harmonic.moment import answer
+
+    orders = np.arange(2, 10)
+    F = answer(spring, cycle.Y).moment(10)[2:]
+    A, b = family.stack(cycle.speed)
+    Z = inverse_transfer(A, b, family.c, 1j * cycle.omega * orders)
+    d = spring.describing(cycle.first_harmonic)
+    return float(np.linalg.norm(F / (Z + d.dF0_dB)) / cycle.first_harmonic)
+
+
+def converged(one: Draw) -> tuple[Cycle, float]:
+    """The true cycle of the same first harmonic, harmonic by harmonic from the sinusoid."""
+    cycle = sinusoid(one.amplitude, 0.0, one.omega, one.speed)
+    for harmonics in (1, 3, 5, 7, 11):
+        cycle = solve_cycle(
+            one.family, one.spring, cycle, hold="amplitude", symmetric=True,
+            options=HarmonicOptions(harmonics=harmonics),
+        )  # fmt: skip
+    for tolerance in (1e-8, 1e-6):
+        try:
+            options = HarmonicOptions(tolerance=tolerance, max_harmonics=201)
+            return solve_cycle(
+                one.family, one.spring, cycle, hold="amplitude", symmetric=True, options=options
+            ), tolerance  # fmt: skip
+        except ConvergenceError:
+            continue
+    raise ConvergenceError("harmonic balance did not converge")
+
+
+def judge(one: Draw) -> Outcome | None:
+    found = guarantees_at(
+        one.family, one.spring, amplitude=one.amplitude, bias=0.0, speed=one.speed,
+        omega=one.omega, distortion=one.distortion,
+    )  # fmt: skip
+    try:
+        cycle, truncation = converged(one)
+    except ConvergenceError:
+        if found.guaranteed[0]:
+            print(f"guaranteed, but no cycle was found: {one}")
+        return None
+    (low, high), (slow, fast) = found.speed[0], found.omega[0]
+    return Outcome(
+        guaranteed=bool(found.guaranteed[0]),
+        method=found.method[0],
+        reason=found.reason[0],
+        inside=bool(low <= cycle.speed <= high and slow <= cycle.omega <= fast),
+        width=float((high - low) / one.speed),
+        error=abs(cycle.speed - one.speed) / cycle.speed,
+        distortion=one.distortion,
+        truncation=truncation,
+        draw=one,
+    )
+
+
+def study(kind: str, count: int, seed: int) -> list[Outcome]:
+    """Outcomes of `count` random cycles whose true cycle is known."""
+    rng = np.random.default_rng(seed)
+    make = {"static": static_spring, "hysteresis": hysteresis}[kind]
+    outcomes: list[Outcome] = []
+    tried = 0
+    while len(outcomes) < count:
+        tried += 1
+        try:
+            one = draw(rng, make(rng))
+        except InputError:
+            continue
+        outcome = judge(one) if one else None
+        if outcome:
+            outcomes.append(outcome)
+    print(f"{kind}: {count} cycles out of {tried} draws")
+    return outcomes
+
+
+def report(kind: str, outcomes: list[Outcome]) -> dict[str, float]:
+    proved = [one for one in outcomes if one.guaranteed]
+    wrong = [one for one in proved if not one.inside]
+    for one in wrong:
+        print(f"COUNTEREXAMPLE: {one}")
+    widths = np.array([one.width for one in proved])
+    errors = np.array([one.error for one in proved])
+    methods = {m: sum(one.method == m for one in proved) for m in {one.method for one in proved}}
+    print(f"  guaranteed {len(proved)} of {len(outcomes)} {methods}, outside {len(wrong)}")
+    print(f"  width of speed bands: quartiles {np.quantile(widths, [0.25, 0.5, 0.75])}")
+    ratio = 0.5 * widths / np.maximum(errors, 1e-12)
+    print(f"  half width over true error: quartiles {np.quantile(ratio, [0.25, 0.5, 0.75])}")
+    tight = [one for one in outcomes if one.truncation < 1e-7]
+    print(f"  cycles converged to 1e-8: {len(tight)}, the others to 1e-6")
+    return {
+        "cases": len(outcomes),
+        "guaranteed": len(proved),
+        "outside": len(wrong),
+        "median_width": float(np.median(widths)),
+    }
+
+
+def calibrate(outcomes: list[Outcome]) -> tuple[float, float]:
+    """c and γ of error < c d^γ for 95 % of cycles, by quantile regression in logarithms."""
+    d = np.log([max(one.distortion, 1e-9) for one in outcomes])
+    e = np.log([max(one.error, 1e-12) for one in outcomes])
+    keep = (d > np.log(1e-4)) & (e > np.log(1e-10))
+    exponents = np.linspace(0.8, 2.6, 181)
+    loss = [_pinball(e[keep] - g * d[keep]) for g in exponents]
+    gamma = float(exponents[int(np.argmin(loss))])
+    return float(np.exp(np.quantile(e[keep] - gamma * d[keep], 0.95))), gamma
+
+
+def _pinball(residual: np.ndarray, q: float = 0.95) -> float:
+    shifted = residual - np.quantile(residual, q)
+    return float(np.mean(np.where(shifted > 0, q * shifted, (q - 1) * shifted)))
+
+
+def alarms(outcomes: list[Outcome]) -> dict[str, float]:
+    """False-alarm and miss rates of the stand-in, on points without a guarantee."""
+    left = [one for one in outcomes if not one.guaranteed]
+    bad = np.array([one.error > DOUBTFUL for one in left])
+    said = expected_error([one.distortion for one in left]) > DOUBTFUL
+    rates = {
+        "points": len(left),
+        "bad": int(bad.sum()),
+        "miss_rate": float(np.mean(~said[bad])) if bad.any() else 0.0,
+        "false_alarm_rate": float(np.mean(said[~bad])) if (~bad).any() else 0.0,
+    }
+    print("stand-in on points without a guarantee:", json.dumps(rates))
+    return rates
+
+
+def main() -> None:
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+    everything: list[Outcome] = []
+    for seed, kind in enumerate(("static", "hysteresis"), 1):
+        start = time.perf_counter()
+        outcomes = study(kind, count, seed)
+        report(kind, outcomes)
+        print(f"  {time.perf_counter() - start:.0f} s")
+        everything += outcomes
+    half = everything[::2]
+    c, gamma = calibrate([one for one in half if not one.guaranteed])
+    print(f"calibration on every other case: error < {c:.3g} d^{gamma:.2f} for 95 %")
+    alarms(everything[1::2])
+
+
+if __name__ == "__main__":
+    main()
