@@ -29,6 +29,7 @@ from aeroflutter.timemarch._kernel_exact import (
     RISING,
     STICK,
     Index,
+    Law,
     apply,
     clear,
     clip,
@@ -38,7 +39,7 @@ from aeroflutter.timemarch._kernel_exact import (
     round_off,
     workspace,
 )
-from aeroflutter.timemarch._kernel_exact_cycle import keep, no_cycles
+from aeroflutter.timemarch._kernel_exact_cycle import Cycles, contraction, keep, no_cycles
 from aeroflutter.timemarch._kernel_exact_ends import (
     AMPLITUDE,
     ATTRACTOR,
@@ -49,6 +50,14 @@ from aeroflutter.timemarch._kernel_exact_ends import (
     report,
     settle,
 )
+from aeroflutter.timemarch._kernel_exact_march import (
+    EVENT_COLUMNS,
+    EVENTS,
+    TURN_COLUMNS,
+    flow,
+    march,
+    rate,
+)
 from aeroflutter.timemarch._kernel_exact_proofs import (
     CONVERGED,
     DAMPED,
@@ -58,9 +67,9 @@ from aeroflutter.timemarch._kernel_exact_proofs import (
     TRAPPED,
 )
 from aeroflutter.timemarch._kernel_exact_roots import Y_POWER, Y
-from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array
+from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array, Tables
 
-OVER, JOINED, OPEN = 0, 1, 2  # what following a cell came to
+OVER, JOINED, CAUGHT, OPEN = 0, 1, 2, 3  # what following a cell came to
 
 MOST_PATHS = 12
 MOST_RETURNS = 1024
@@ -74,6 +83,10 @@ STRAIGHT = 0.05  # part of a segment by which it may bend
 FLOOR = 1e-6
 CONFIRMED = 2  # further returns that agree with a path
 PARALLEL = 0.1  # relative bend between segments of a slow curve
+NEAR = 5e-2  # relative distance from a known cycle within which returns are compared with its map
+LONG = 12  # returns from which a path is worth keeping beside its cycle
+UNKNOWN = 4  # settled returns in a row before a cycle is sought beside the known ones
+PATIENCE = 24  # returns near a known cycle that do not go to it
 
 
 class Paths(NamedTuple):
@@ -109,6 +122,122 @@ def no_paths(n: int) -> Paths:
         np.ones((MOST_PATHS + 1, n)),
         np.zeros(MOST_PATHS + 1, dtype=np.int64),
         np.zeros(MOST_PATHS + 1, dtype=np.int64),
+    )
+
+
+class Targets(NamedTuple):
+    """Known attracting cycles on the section: q cycles, n states.
+
+    Attributes
+    ----------
+    point, size
+        State of the cycle where it returns, and the scale of each, (q, n).
+    Q, P, rho
+        Derivative of the return map over a period in units of `size`, and the norm in which it
+        contracts by ρ, (q, n, n) twice and (q,).
+    lag
+        Returns a period, (q,); 0 where the cycle does not come to the section.
+    """
+
+    point: Array
+    size: Array
+    Q: Array
+    P: Array
+    rho: Array
+    lag: Index
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def no_targets(n: int) -> Targets:
+    """Room for the cycles of a column."""
+    return Targets(
+        np.zeros((MOST_PATHS, n)),
+        np.ones((MOST_PATHS, n)),
+        np.zeros((MOST_PATHS, n, n)),
+        np.zeros((MOST_PATHS, n, n)),
+        np.ones(MOST_PATHS),
+        np.zeros(MOST_PATHS, dtype=np.int64),
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def aim(tables: Tables, law: Law, known: Cycles, j: int, targets: Targets) -> None:
+    """Enter known cycle j among the targets, if it returns to the section."""
+    n = tables.c.size
+    events = np.empty((MOST_SWITCHES, EVENT_COLUMNS))
+    memo = np.zeros(5, dtype=np.int64)
+    nothing, empty, pairs = np.empty(0), np.empty((0, n)), np.empty((0, 2))
+    x, h, period = known.z[j, :n].copy(), known.z[j, n], known.period[j]
+    turns = np.empty((0, TURN_COLUMNS))
+    march(tables, law, x, h, -1, 0.0, period, nothing, empty, pairs, events, turns, memo)
+    first, lag = -1, 0
+    after = STICK if law.memory else law.offsets.size - 1
+    for k in range(min(memo[EVENTS], MOST_SWITCHES - 1)):
+        left_flat = law.memory == 0 or (k > 0 and events[k - 1, 2] == RISING)
+        if events[k, 1] == HIGH and events[k, 2] == after and left_flat:
+            lag += 1
+            first = k if first < 0 else first
+    if first < 0 or memo[EVENTS] >= MOST_SWITCHES:
+        return
+    memo[:] = 0
+    x[:] = known.z[j, :n]
+    until = events[first, 0]
+    march(tables, law, x, h, -1, 0.0, until, nothing, empty, pairs, events, turns, memo)
+    held = law.loop[3] if law.memory else 0.0
+    f, jacobian = np.empty(n), np.empty((n + 1, n + 2))
+    rate(tables, law, x, held, after, f)
+    targets.point[j] = x
+    targets.size[j] = known.size[j, :n]
+    flow(tables, law, x, held, after, period, jacobian, np.empty((0, EVENT_COLUMNS)))
+    across = np.dot(tables.c, f)
+    Q, size = targets.Q[j], targets.size[j]
+    for i in range(n):
+        for k in range(n):
+            along = 0.0
+            for m in range(n):
+                along += tables.c[m] * jacobian[m, k]
+            Q[i, k] = (jacobian[i, k] - f[i] * along / across) * size[k] / size[i]
+    targets.rho[j] = contraction(Q, known.radius[j], targets.P[j])
+    targets.lag[j] = lag
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def caught(
+    at: Array, size: Array, Q: Array, P: Array, rho: Array, j: int, points: Array, row: int,
+    k: int, lag: int, work: Array,
+) -> bool:  # fmt: skip
+    """Whether the last three returns go to target j as its linear map says.
+
+    Each of two returns must come closer, in the norm in which the map contracts by ρ, and must
+    land within (1 - ρ)/2 of the distance before of where the linear map puts it: what the
+    linear map leaves out shrinks faster than the distance, so all later returns do the same.
+    """
+    n = at.shape[1]
+    for i in range(n):
+        for m in range(3):
+            work[m, i] = (points[row, k - m * lag, i] - at[j, i]) / size[j, i]
+    reach = np.empty(3)
+    miss = np.empty(2)
+    for m in range(2):
+        for i in range(n):
+            image = 0.0
+            for o in range(n):
+                image += Q[j, i, o] * work[m + 1, o]
+            work[3 + m, i] = work[m, i] - image
+    for m in range(5):
+        total = 0.0
+        for i in range(n):
+            for o in range(n):
+                total += work[m, i] * P[j, i, o] * work[m, o]
+        if m < 3:
+            reach[m] = np.sqrt(max(total, 0.0))
+        else:
+            miss[m - 3] = np.sqrt(max(total, 0.0))
+    slack = 0.5 * (1.0 - rho[j])
+    return (
+        reach[0] < reach[1] < reach[2]
+        and miss[0] <= slack * reach[1]
+        and miss[1] <= slack * reach[2]
     )
 
 
@@ -199,13 +328,26 @@ def survey(paths: Paths, q: int) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def remember(paths: Paths, q: int, length: int, cycle: int) -> None:
+    """Make the path of the cell at hand path q."""
+    last = paths.length.size - 1
+    paths.length[q], paths.cycle[q] = length, cycle
+    for k in range(length):
+        paths.rates[q, k] = paths.rates[last, k]
+        for i in range(paths.points.shape[2]):
+            paths.points[q, k, i] = paths.points[last, k, i]
+    survey(paths, q)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    bernstein: Array, power: Array, full: Array, flow: Array, steps: Array, noise: Array,
+    bernstein: Array, power: Array, full: Array, flows: Array, steps: Array, noise: Array,
     generator: Array, c: Array, memory: int, edges: Array, table: Index, offsets: Array,
     loop: Array, law_size: float, decays: Index, rows: Array, heads: Index, centre: Array,
     rests: Array, free: Array, xs: Array, w: Array, M: Array, h: float, points: Array,
-    rates: Array, smooth: Index, sizes: Array, length: Index, count: int, hints: Index,
-    far: Array, agreed: Index, time: float,
+    rates: Array, smooth: Index, sizes: Array, length: Index, count: int, at_cycle: Array,
+    cycle_size: Array, cycle_Q: Array, cycle_P: Array, rho: Array, lags: Index, cycles: int,
+    hints: Index, far: Array, agreed: Index, scratch: Array, time: float,
 ) -> tuple[int, int, int, float, float, float, int]:  # fmt: skip
     """Follow one cell until it is over, has joined a path, or is for `settle` to decide.
 
@@ -221,15 +363,17 @@ def follow(
         Memory of the spring.
     points … length
         Paths; `count` of them are known, the cell at hand fills the last.
-    hints, far, agreed
-        Work space a path.
+    at_cycle … lags
+        Targets; `cycles` of them are known.
+    hints, far, agreed, scratch
+        Work space.
     time
         Longest time.
 
     Returns
     -------
     end, q, now, h, t, rest, k
-        What came of it, the path joined, the row of `xs` that holds the state, its memory, the
+        What came of it, the path joined or the cycle, the row of `xs` that holds the state, its memory, the
         time, the y of rest, and the number of returns.
     """
     n = c.size
@@ -248,7 +392,7 @@ def follow(
     top = offsets.size - 2  # the piece below the last edge
     for q in range(count):
         hints[q], agreed[q], far[q] = -1, -1, np.inf
-    switches = 0
+    switches, waits, still = 0, 0, 0
     kind = LOW  # so that the first mode is looked at
     p, piece, u, low, high, direction = 0, 0, 0.0, 0.0, 0.0, 0
     for _ in range(MOST_STEPS * MOST_RETURNS):
@@ -268,10 +412,12 @@ def follow(
         xs[now, n] = u
         if direction == 0 and decays[piece]:
             rest = rests[piece, 0] + rests[piece, 1] * h
+            y = 0.0
             for j in range(n):
                 rest += free[piece, j] * xs[now, j]
+                y += c[j] * xs[now, j]
             room = min(high - rest, rest - low)
-            if room > 0.0:
+            if abs(y - rest) < room:
                 bound, group = 0.0, 0.0
                 for i in range(n):
                     value = 0.0
@@ -296,7 +442,7 @@ def follow(
         if s == 1.0:
             apply(full, p, xs, now)
         else:
-            flow_matrix(flow, p, s, M)
+            flow_matrix(flows, p, s, M)
             apply(M, 0, xs, now)
         now = 1 - now
         t += s * steps[p]
@@ -331,30 +477,30 @@ def follow(
                 break
             continue
         switches = 0
-        rate = generator[p, 0, n] * 0.0
+        speed = 0.0
         for i in range(n):
             if c[i] != 0.0:
                 slope = generator[p, i, n] * u
                 for j in range(n):
                     slope += generator[p, i, j] * xs[now, j]
-                rate += c[i] * slope
+                speed += c[i] * slope
         for i in range(n):
             points[own, k, i] = xs[now, i]
-        rates[own, k] = rate
+        rates[own, k] = speed
         for q in range(count):
             if hints[q] >= 0 and agreed[q] >= 0:
                 at = hints[q] + 1
                 inside = at + 1 < length[q] and (
-                    (rates[q, at] <= rate < rates[q, at + 1])
-                    or (rates[q, at + 1] < rate <= rates[q, at])
+                    (rates[q, at] <= speed < rates[q, at + 1])
+                    or (rates[q, at + 1] < speed <= rates[q, at])
                 )
                 at = at if inside else -1
             else:
-                at = segment(rates, length[q], q, rate, 0)
+                at = segment(rates, length[q], q, speed, 0)
             if at < 0 or smooth[q, at] == 0:
                 hints[q], agreed[q], far[q] = -1, -1, np.inf
                 continue
-            away, long = beside(points, rates, sizes, q, at, xs, now, rate)
+            away, long = beside(points, rates, sizes, q, at, xs, now, speed)
             near = away < BESIDE and (
                 agreed[q] < 0 or away < max(CLOSER * far[q], max(STRAIGHT * long, FLOOR))
             )
@@ -365,7 +511,21 @@ def follow(
             agreed[q] += 1
             if agreed[q] >= CONFIRMED and away < max(STRAIGHT * long, FLOOR):
                 return JOINED, q, now, h, t, 0.0, k
-        if settled(points, rates, own, k):
+        close_by = False
+        for j in range(cycles):
+            worst = 0.0
+            for i in range(n):
+                worst = max(worst, abs(xs[now, i] - at_cycle[j, i]) / cycle_size[j, i])
+            if worst < NEAR and lags[j] > 0:
+                close_by = True
+                if k >= 2 * lags[j] and caught(
+                    at_cycle, cycle_size, cycle_Q, cycle_P, rho, j, points, own, k, lags[j],
+                    scratch,
+                ):  # fmt: skip
+                    return CAUGHT, j, now, h, t, 0.0, k + 1
+        waits += close_by
+        still = still + 1 if settled(points, rates, own, k) else 0
+        if still > (UNKNOWN if cycles else 0) and (waits > PATIENCE or not close_by):
             return OPEN, -1, now, h, t, 0.0, k + 1
         k += 1
         if k == MOST_RETURNS:
@@ -398,7 +558,8 @@ def decide_column(
     tables, law, proofs = problem.tables, problem.law, problem.proofs
     n = tables.c.size
     known, own_cycle = no_cycles(MOST_PATHS, n), no_cycles(1, n)
-    paths = no_paths(n)
+    paths, targets = no_paths(n), no_targets(n)
+    scratch = np.empty((5, n))
     work = workspace(n)
     xs, w, M = work.xs, work.polynomials, work.M
     hints = np.empty(MOST_PATHS, dtype=np.int64)
@@ -406,7 +567,6 @@ def decide_column(
     far = np.empty(MOST_PATHS)
     x = np.empty(n)
     cycles, count, joined = 0, 0, 0
-    last = MOST_PATHS
     for cell in range(memories.size):
         h, t, k = memories[cell], 0.0, 0
         x[:] = states[cell]
@@ -417,7 +577,9 @@ def decide_column(
                 tables.noise, tables.generator, tables.c, law.memory, law.edges, law.table,
                 law.offsets, law.loop, law.size, proofs.decays, proofs.rows, proofs.heads,
                 proofs.centre, proofs.rest, proofs.free, xs, w, M, h, paths.points, paths.rates,
-                paths.smooth, paths.sizes, paths.length, count, hints, far, agreed, problem.time,
+                paths.smooth, paths.sizes, paths.length, count, targets.point,
+                targets.size, targets.Q, targets.P, targets.rho, targets.lag, cycles, hints, far,
+                agreed, scratch, problem.time,
             )  # fmt: skip
             if end == OVER:
                 numbers[cell] = np.nan
@@ -425,12 +587,16 @@ def decide_column(
                 numbers[cell, BIAS] = numbers[cell, REST] = rest
                 codes[cell, 0], codes[cell, 1] = DAMPED, TRAPPED
                 continue
-            if end == JOINED:
+            if end != OPEN:
+                j = paths.cycle[q] if end == JOINED else q
                 numbers[cell] = np.nan
                 numbers[cell, TIME] = t
-                report(numbers[cell], known, paths.cycle[q], paths.cycle[q])
+                report(numbers[cell], known, j, j)
                 codes[cell, 0], codes[cell, 1] = LCO, KNOWN
                 joined += 1
+                if end == CAUGHT and k >= LONG and count < MOST_PATHS:
+                    remember(paths, count, k, j)
+                    count += 1
                 continue
             x[:] = xs[now, :n]
         state, reason, _, _ = settle(problem, known, cycles, own_cycle, x, h, numbers[cell])
@@ -443,12 +609,9 @@ def decide_column(
                 continue
             keep(own_cycle, known, cycles)
             numbers[cell, ATTRACTOR] = cycles
+            aim(tables, law, known, cycles, targets)
             cycles += 1
-        if count < MOST_PATHS and k >= 4:
-            paths.length[count] = k
-            paths.cycle[count] = int(numbers[cell, ATTRACTOR])
-            paths.points[count, :k] = paths.points[last, :k]
-            paths.rates[count, :k] = paths.rates[last, :k]
-            survey(paths, count)
+        if count < MOST_PATHS and k >= LONG:
+            remember(paths, count, k, int(numbers[cell, ATTRACTOR]))
             count += 1
     return joined, count
