@@ -133,14 +133,12 @@ def crossings(family: SectionFamily, N: complex) -> list[tuple[float, float]]:
             near = roots[i + 1][np.argmin(np.abs(roots[i + 1] - root))]
             if root.real < 0 <= near.real or near.real < 0 <= root.real:
                 t = root.real / (root.real - near.real)
-                found.append(
-                    (float((1 - t) * speeds[i] + t * speeds[i + 1]), float(near.imag))
-                )
+                found.append((float((1 - t) * speeds[i] + t * speeds[i + 1]), float(near.imag)))
     return found
 
 
 def distortion(family: SectionFamily, spring: Spring, cycle: Cycle) -> float:
-    """Harmonics 2 … 9 of the motion over its amplitude, as the describing function predicts them."""
+    """Harmonics 2 … 9 of the motion over its amplitude, as the DF predicts them."""
     from aeroflutter.harmonic.moment import answer
 
     orders = np.arange(2, 10)
@@ -214,7 +212,7 @@ def study(kind: str, count: int, seed: int) -> list[Outcome]:
     return outcomes
 
 
-def report(kind: str, outcomes: list[Outcome]) -> dict[str, float]:
+def report(outcomes: list[Outcome]) -> dict[str, float]:
     proved = [one for one in outcomes if one.guaranteed]
     wrong = [one for one in proved if not one.inside]
     for one in wrong:
@@ -273,7 +271,7 @@ def main() -> None:
     for seed, kind in enumerate(("static", "hysteresis"), 1):
         start = time.perf_counter()
         outcomes = study(kind, count, seed)
-        report(kind, outcomes)
+        report(outcomes)
         print(f"  {time.perf_counter() - start:.0f} s")
         everything += outcomes
     half = everything[::2]

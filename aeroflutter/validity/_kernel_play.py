@@ -21,7 +21,7 @@ def memory_first_harmonic(y: Real, friction: float, play: float) -> Complex:
     out = np.zeros(m, dtype=np.complex128)
     for i in range(m):
         h = 0.0
-        for lap in range(2):
+        for _ in range(2):
             total = 0j
             for k in range(n):
                 h = min(max(h, y[i, k] - friction), y[i, k] + friction)

@@ -80,7 +80,8 @@ def mean_square_bounds(
         width = np.sqrt(np.sum(K**2, axis=1) + _squares(loop, beyond))
         reach = sum(_supremum(first, loop, beyond, law.variation(amplitude))) + width * r * rest
         inside = np.isfinite(law.bound) | (amplitude + reach <= limit)
-        second = _shift(law, amplitude, first, loop) + r * (ratio * rest + beyond * left) / amplitude
+        tail = r * (ratio * rest + beyond * left) / amplitude
+        second = _shift(law, amplitude, first, loop) + tail
         sigma = np.minimum(r * rest / amplitude, second)
         sigma = np.where(inside & np.isfinite(rest), sigma, np.inf)
     return Bounds(sigma, rest, ratio, reach)

@@ -144,7 +144,7 @@ def loop_test(
     found = _cycles_at(family, spring, curve, speed)
     tube = guarantees(family, spring, curve) if found else None
     cycles = tuple(
-        _cycle(family, spring, cycle, options, tube and _section(tube, near))
+        _cycle(family, spring, cycle, options, None if tube is None else _section(tube, near))
         for cycle, near in found
     )
     centre = cycles[0].k if cycles else _typical(curve, family, speed)
@@ -153,7 +153,7 @@ def loop_test(
     amplitude = np.geomspace(*curve.amplitude_range, options.points)
     with np.errstate(divide="ignore", invalid="ignore"):
         locus = -1.0 / spring.describing(amplitude, np.full(amplitude.shape, bias)).N
-        G = 1.0 / family.at(speed).inverse_transfer(1j * frequency)
+        G = np.asarray(1.0 / family.at(speed).inverse_transfer(1j * frequency), dtype=complex)
     return LoopTest(
         speed=speed,
         speed_ratio=speed / curve.flutter_speed if curve.flutter_speed else float("nan"),

@@ -295,7 +295,7 @@ def _amplitude_bands(found: Guarantees, mine: Index, a: Real, U: Real) -> None:
 
 
 def _leaves(low: Real, high: Real, speed: float, start: int, direction: int) -> int | None:
-    """First index from `start` on whose band does not contain the speed; None at the curve's end."""
+    """First index from `start` on whose band misses the speed; None at the curve's end."""
     n = start + direction
     while 0 <= n < low.size and low[n] <= speed <= high[n]:
         n += direction
