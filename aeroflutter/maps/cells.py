@@ -149,11 +149,16 @@ def started(
     varied
         The part that they do not, by the names of `Initial`, (m,) each.
     """
-    base = replace(initial, **dict.fromkeys(varied, 0.0)).vector(system)
-    states = np.tile(base, (index.size, 1))
+    names = system.state_names
+    missing = [name for name in varied if name not in names]
+    if missing:
+        raise InputError(
+            f"initial.{missing[0]}: the system has no state of that name ({', '.join(names)})"
+        )
+    states = np.empty((index.size, len(names)))
+    states[:] = initial.vector(system)
     for name, values in varied.items():
-        replace(initial, **{name: 1.0}).vector(system)  # refuses what the system has no state for
-        states[:, system.state_names.index(name)] = values
+        states[:, names.index(name)] = values
     pitch = states @ system.c
     if initial.memory is None:
         memory = spring.initial_memory(pitch)

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 FAILED = -1  # code of a cell whose block could not be computed
 PATIENCE = 50  # times `cycles` that a motion still settling may take on the exact engine
-MARCH = SimulateOptions(record=False, duration=1e7)
+MARCH = SimulateOptions(engine="exact", record=False, duration=1e7)
 
 
 def march_identity(options: SimulateOptions) -> dict[str, Any]:
@@ -63,8 +63,8 @@ def decide(group: Group, options: SimulateOptions) -> Ends:
 
 
 def _exact(group: Group, options: SimulateOptions) -> Ends:
-    from aeroflutter.timemarch.endstates import EndOptions, end_states
-    from aeroflutter.timemarch.prepared import Prepared
+    from aeroflutter.maps.columns import decide_cells
+    from aeroflutter.timemarch.endstates import EndOptions
 
     limits = EndOptions(
         cycles=options.cycles,
@@ -72,11 +72,9 @@ def _exact(group: Group, options: SimulateOptions) -> Ends:
         growth=options.growth,
         duration=options.duration,
     )
-    prepared = Prepared.of(group.system, group.spring, options.step_cap)
-    ends = end_states(prepared, group.states, group.memory, limits, share=True)
-    return Ends(
-        ends.state.astype(np.int8), ends.amplitude, ends.bias, ends.period, ends.rest, ends.time
-    )
+    system, spring, cap = group.system, group.spring, options.step_cap
+    found = decide_cells(system, spring, group.states, group.memory, limits, cap)
+    return Ends(found.state.astype(np.int8), *found[1:])
 
 
 def _one_by_one(group: Group, options: SimulateOptions, straight: bool) -> Ends:

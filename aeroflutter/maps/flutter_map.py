@@ -283,7 +283,7 @@ def collect(study: MapStudy, results: Any) -> FlutterMap:
         found["bias_deg"],
         found["period"],
         study.cells.shared,
-        SAME_CYCLE[study.options.march.engine],
+        SAME_CYCLE.get(study.options.march.engine, SAME_CYCLE["exact"]),
     )
     results.put("attractor", attractor)
     return FlutterMap(
