@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from aeroflutter.continuation import Event, State
 from aeroflutter.harmonic.balance import Balance, Cycle
 from aeroflutter.harmonic.result import Bifurcation, HarmonicBranch, HarmonicOnset
-from aeroflutter.harmonic.stability import FLIP, TORUS, Stability, distance, stable
+from aeroflutter.harmonic.stability import FLIP, TORUS, Stability
 from aeroflutter.harmonic.walk import CORNERS, Curve
 
 __all__ = ["assemble"]
@@ -77,11 +77,11 @@ def _stability(
         return np.full((m, n), np.nan + 0j), np.full(m, np.nan), no, no
     found = [stability.at(state.x) for state in states]
     error = np.array([one.error for one in found])
-    certain = np.array([distance(one) for one in found]) > error
+    certain = np.array([stability.distance(state.x) for state in states]) > error
     return (
         np.array([one.all for one in found]),
         error,
-        np.array([stable(one) for one in found]),
+        np.array([stability.stable(state.x) for state in states]),
         certain & (margin > _GRAZING),
     )
 

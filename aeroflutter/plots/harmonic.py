@@ -32,7 +32,7 @@ def plot_branches(branches: Sequence[HarmonicBranch], title: str = "") -> Figure
         _curve(curve, branches)
         _multipliers(floquet, branches)
         if title:
-            figure.suptitle(title)
+            figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -56,7 +56,7 @@ def plot_waveform(branch: HarmonicBranch, index: int, title: str = "") -> Figure
         bars.set_xlabel("harmonic")
         bars.set_ylabel("amplitude over the first")
         if title:
-            figure.suptitle(title)
+            figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -106,7 +106,10 @@ def _limits(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
     axes.set_xlim(low - pad, high + pad)
     onset = np.degrees(min(branches, key=lambda b: b.onset.cycle.speed).onset.amplitude)
     flat = y[x <= high - 0.03 * (high - low)]
-    axes.set_ylim(0, 1.08 * max(float(flat.max(initial=0.0)), 1.5 * onset))
+    top = float(flat.max(initial=0.0))
+    if onset > 0.02 * top:  # else the family starts at rest, and all of it is of interest
+        top = min(top, 12 * onset)
+    axes.set_ylim(0, 1.08 * max(top, 1.5 * onset))
 
 
 def _multipliers(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:

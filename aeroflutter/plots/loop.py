@@ -31,7 +31,7 @@ def plot_loop(test: LoopTest, title: str = "", cycle: int = -1) -> Figure:
         _nyquist(axes[0, 1], test)
         _harmonics(axes[1, 1], test, chosen)
         if title:
-            figure.suptitle(title)
+            figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -78,17 +78,19 @@ def _nyquist(axes: Axes, test: LoopTest) -> None:
     axes.plot(test.G.real, test.G.imag, color=look.BLUE, label=r"$G(\mathrm{j}k)$")
     axes.plot(test.locus.real, test.locus.imag, color=look.ORANGE, label=r"$-1/N(a)$")
     points = [-1 / one.N if one.N else complex(np.inf) for one in test.cycles]
-    for one, at in zip(test.cycles, points, strict=True):
+    for number, (one, at) in enumerate(zip(test.cycles, points, strict=True)):
         proved = bool(one.guarantee.guaranteed[0])
         marker, colour = ("o", look.GREEN) if proved else ("s", look.VERMILION)
         axes.plot(at.real, at.imag, marker, color=colour, zorder=3)
         axes.annotate(
-            f"{np.degrees(one.amplitude):.3g}°", (at.real, at.imag), xytext=(6, 6),
+            f"{np.degrees(one.amplitude):.3g}°", (at.real, at.imag),
+            xytext=(14, 10) if number % 2 else (-14, 14), ha="left" if number % 2 else "right",
             textcoords="offset points", fontsize=8,
+            arrowprops={"arrowstyle": "-", "color": look.GREY, "linewidth": 0.6},
         )  # fmt: skip
     reach = 1.6 * max([1.0, *(abs(at) for at in points if np.isfinite(at))])
-    axes.set_xlim(-reach, 0.5 * reach)
-    axes.set_ylim(-0.6 * reach, 0.6 * reach)
+    axes.set_xlim(-reach, 0.3 * reach)
+    axes.set_ylim(-0.5 * reach, 0.5 * reach)
     axes.axhline(0, color=look.BLACK, linewidth=0.6)
     axes.axvline(0, color=look.BLACK, linewidth=0.6)
     axes.set_xlabel("real part")
@@ -107,6 +109,7 @@ def _harmonics(axes: Axes, test: LoopTest, cycle: LoopCycle | None) -> None:
     axes.bar(cycle.orders[keep], 100 * cycle.predicted[keep], color=colours, width=0.6)
     axes.axhline(100 * test.spoils, color=look.VERMILION, linewidth=0.9, linestyle=":")
     axes.set_yscale("log")
+    axes.set_axisbelow(True)
     axes.set_xticks(cycle.orders)
     axes.set_xlabel("harmonic")
     axes.set_ylabel("predicted, over the first (%)")
