@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from aeroflutter.validity.distortion import DOUBTFUL
 from aeroflutter.validity.verdict import Guarantees
 
 __all__ = ["guarantee_fields"]
@@ -36,5 +35,5 @@ def guarantee_fields(found: Guarantees, i: int, unit: float | None = None) -> di
         "harmonics_deg": float(np.degrees(found.rest[i])) if proved else None,
         "contraction_ratio": float(found.ratio[i]),
         "expected_error": error,
-        "doubtful": not proved and error > DOUBTFUL,
+        "doubtful": bool(found.doubtful[i]),
     }

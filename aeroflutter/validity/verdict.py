@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from aeroflutter.lure import LureFamily
 from aeroflutter.springs import Cubic, Spring
 from aeroflutter.validity.bounds import Bounds, mean_square_bounds, supremum_bounds
-from aeroflutter.validity.distortion import expected_error
+from aeroflutter.validity.distortion import doubtful, expected_error
 from aeroflutter.validity.law import Law, Unfit, law_of
 from aeroflutter.validity.loop import highest_harmonic, sample_loop
 from aeroflutter.validity.region import Regions, find_regions
@@ -68,6 +68,9 @@ class Guarantees:
         Bound on |1/G + N| at the point, (m,).
     expected_error
         Calibrated 95 % limit of the relative error of the speed, from the distortion, (m,).
+    doubtful
+        Where there is no guarantee: whether the distortion says that the speed is likely to be
+        off by more than one per cent, (m,).
     """
 
     guaranteed: Flags
@@ -81,6 +84,7 @@ class Guarantees:
     ratio: Real
     sigma: Real
     expected_error: Real
+    doubtful: Flags
 
 
 def guarantees(family: LureFamily, spring: Spring, curve: DescribingCurve) -> Guarantees:
@@ -133,7 +137,7 @@ def guarantees_at(
         np.atleast_1d(np.asarray(value, dtype=float))
         for value in (amplitude, bias, speed, omega, distortion)
     )
-    builder = _Builder(a.size, expected_error(d))
+    builder = _Builder(a.size, d)
     try:
         law = law_of(family, spring)
     except Unfit as unfit:
@@ -214,13 +218,13 @@ class _Problem:
 class _Builder:
     """Fills the arrays of the result."""
 
-    def __init__(self, m: int, expected: Real) -> None:
+    def __init__(self, m: int, distortion: Real) -> None:
         self.open = np.ones(m, dtype=bool)
         self.found = np.zeros(m, dtype=bool)
         self.reason, self.method = [""] * m, [""] * m
         self.speed, self.omega = np.full((m, 2), np.nan), np.full((m, 2), np.nan)
         self.rest, self.ratio, self.sigma = (np.full(m, np.nan) for _ in range(3))
-        self.expected = expected
+        self.distortion = distortion
 
     def refuse(self, where: Flags, reason: str) -> None:
         """Leave points without a guarantee."""
@@ -270,7 +274,8 @@ class _Builder:
             rest=self.rest,
             ratio=self.ratio,
             sigma=self.sigma,
-            expected_error=self.expected,
+            expected_error=expected_error(self.distortion),
+            doubtful=~self.found & doubtful(self.distortion),
         )
 
 
