@@ -198,10 +198,8 @@ class Walk:
         by_turn = 0.5 * self.options.max_turn / turn if turn > 0 else 2.0
         return float(np.clip(step * min(2.0, max(0.5, min(by_newton, by_turn))), low, high))
 
-    def between(self, old: State, new: State, fraction: float) -> State:
-        """The point of the curve above a fraction of the chord from `old` to `new`."""
-        if fraction in (0.0, 1.0):
-            return new if fraction else old
+    def point(self, old: State, new: State, fraction: float) -> tuple[Array, int]:
+        """The point of the curve above a fraction of the chord, and the iterations it took."""
         chord = new.x - old.x
         length = new.arclength - old.arclength
         t, r = fraction, 1.0 - fraction
@@ -209,7 +207,13 @@ class Walk:
         guess = r * old.x + t * new.x + t * r * bulge
         normal = chord / self.scale**2
         guess = guess + chord * float(normal @ (old.x + t * chord - guess)) / float(normal @ chord)
-        x, newton = correct(self.problem, guess, normal, self.options)
+        return correct(self.problem, guess, normal, self.options)
+
+    def between(self, old: State, new: State, fraction: float) -> State:
+        """The state of the curve above a fraction of the chord from `old` to `new`."""
+        if fraction in (0.0, 1.0):
+            return new if fraction else old
+        x, newton = self.point(old, new, fraction)
         tangent = tangent_at(self.problem, x, old.tangent, self.scale)
         walked = float(np.linalg.norm((x - old.x) / self.scale))
         return self._state(x, tangent, old.arclength + walked, newton)

@@ -19,8 +19,19 @@ _CROWDED = 0.05  # of the wanted spacing: closer cycles are left out
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """A family as it was found, and as it is reported."""
+    """A family as it was found, and as it is reported.
 
+    Attributes
+    ----------
+    strands
+        The strands that make it up.
+    places
+        Its places in order.
+    facts
+        What is reported.
+    """
+
+    strands: tuple[Strand, ...]
     places: tuple[Place, ...]
     facts: CycleFamily
 
@@ -61,7 +72,7 @@ def assemble(
     facts = CycleFamily(
         number=number,
         origin=origin,
-        symmetric=ahead.end.leg.shooting.symmetric,
+        symmetric=ahead.middle.leg.shooting.symmetric,
         parent=parent,
         cycles=tuple(place.cycle for place in places),
         bifurcations=_bifurcations(places),
@@ -70,7 +81,7 @@ def assemble(
         onset=_onset(places, range(len(places))),
         stable_onset=_stable_onset(places),
     )
-    return Family(tuple(places), facts)
+    return Family(tuple(strands), tuple(places), facts)
 
 
 def _resolved(places: list[Place]) -> list[Place]:

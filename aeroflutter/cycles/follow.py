@@ -28,15 +28,16 @@ from aeroflutter.cycles.result import Cycle
 from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.errors import ConvergenceError
 
-__all__ = ["Place", "Strand", "at_speed", "between", "crossing", "follow", "same"]
+__all__ = ["BACK", "Place", "Strand", "at_speed", "between", "crossing", "follow", "same"]
 
 Array = NDArray[np.float64]
 
 _GROWTH = 1.6  # a leg ends when the cycle has grown or shrunk by this
 _SAME = 1e-6  # relative difference between two measurements of one cycle
+_CLOSE = 1e-11  # closure of a cycle
 _COINCIDE = 1e-6  # distance within which a corner and a change of sequence are one event
 
-_BACK = "the family comes back to the one it branched from"
+BACK = "the family comes back to the one it branched from"
 _LINEAR = "the spring no longer switches: cycles of a linear system, of any amplitude"
 _CLOSED = "the curve closes"
 
@@ -84,6 +85,11 @@ class Strand:
         """Where it has got to."""
         return self.places[-1]
 
+    @property
+    def middle(self) -> Place:
+        """A place well inside it."""
+        return self.places[len(self.places) // 2]
+
 
 def follow(
     frame: Frame,
@@ -121,11 +127,9 @@ def follow(
     strand.add(leg, leg.walk.first)
     while not strand.stop:
         q, along = _walk(leg, strand, options, watch)
-        corner = turned(leg, strand.end.state) if strand.stop == STALLED else None
+        corner = _corner(leg, strand) if strand.stop == STALLED else None
         if corner is not None:
             strand.stop, (q, along) = "", corner
-            reverses = along[-1] * strand.end.state.tangent[-1] < 0
-            strand.places[-1] = replace(strand.end, kind="corner" if reverses else "grazing")
         if len(strand.places) > options.max_states:
             strand.stop = f"{options.max_states} cycles were followed"
         if strand.stop:
@@ -152,7 +156,11 @@ def _walk(
         if state is old:
             continue
         events, known = walk.events[known:], len(walk.events)
+        if old.tests.get(RETURN, 1.0) * state.tests.get(RETURN, 1.0) < 0:
+            strand.stop = BACK
+            return old.x, old.tangent
         strand.stop = _note(leg, strand, _happenings(leg, old, state, located(leg, events)))
+        strand.stop = strand.stop or ("" if leg.switches(state.x) else _LINEAR)
         if strand.stop:
             return state.x, state.tangent
         if len(strand.places) > 4 and crossing(leg, old, state, strand.places[0].cycle):
@@ -171,6 +179,19 @@ def _walk(
     return old.x, old.tangent
 
 
+def _corner(leg: Leg, strand: Strand) -> tuple[Array, Array] | None:
+    """A start and a direction beyond a corner at the end of a strand, which is marked."""
+    while strand.end.cycle.closure > _CLOSE and strand.end.leg is leg and not strand.end.seam:
+        strand.places.pop()  # beyond the corner, where Newton's method only seemed to converge
+    near = strand.end.at - _COINCIDE
+    before = next((p for p in reversed(strand.places) if p.leg is leg and p.at < near), None)
+    found = before and turned(leg, strand.end.state, leg.switches(before.state.x))
+    if before and found:
+        reverses = found[1][-1] * (strand.end.state.x - before.state.x)[-1] < 0
+        strand.places[-1] = replace(strand.end, kind="corner" if reverses else "grazing")
+    return found
+
+
 def _happenings(
     leg: Leg, old: State, new: State, found: list[tuple[str, State]]
 ) -> list[tuple[str, State]]:
@@ -187,9 +208,6 @@ def _happenings(
 def _note(leg: Leg, strand: Strand, found: list[tuple[str, State]]) -> str:
     """Add what happens to the strand, and say why it ends if it does."""
     for kind, state in found:
-        if kind == RETURN:
-            strand.add(leg, state)
-            return _BACK
         strand.add(leg, state, kind)
         if kind == "grazing" and not leg.switches(state.x):
             return _LINEAR
@@ -254,7 +272,10 @@ def between(one: Place, other: Place, fraction: float = 0.5) -> Place | None:
     if leg is not other.leg or other.at <= one.at:
         return None
     try:
-        state = leg.walk.between(one.state, other.state, fraction)
-        return Place(leg.offset + state.arclength, leg, state, leg.cycle(state))
+        x, newton = leg.walk.point(one.state, other.state, fraction)
+        walked = float(np.linalg.norm((x - one.state.x) / leg.walk.scale))
+        at = one.state.arclength + walked
+        state = State(x, one.state.tangent, at, newton=newton)
+        return Place(leg.offset + at, leg, state, leg.cycle(state))
     except ConvergenceError:
         return None

@@ -26,7 +26,7 @@ from aeroflutter.cycles.measure import Frame, anchored, cycle_at, sizes_of, trac
 from aeroflutter.cycles.options import CycleOptions
 from aeroflutter.cycles.result import Cycle
 from aeroflutter.cycles.shooting import Shooting
-from aeroflutter.cycles.spectrum import Spectrum, spectrum
+from aeroflutter.cycles.spectrum import Spectra
 from aeroflutter.errors import ConvergenceError
 
 __all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned", "unlikeness"]
@@ -40,10 +40,10 @@ STALLED = "Newton's method fails at any step"
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and of U/U_ref in the arclength
 _SLOPE = 0.3  # a start is flat below this fraction of a sinusoid's steepest slope
 _LOCATE = 1e-11  # U/U_ref to which a change of sequence is located
+_TOGETHER = 1e-8  # U/U_ref within which changes of sequence are one
 _CHANGES = 12  # changes of sequence within one step
 _SMALLEST = 1e-9  # step
 _REACHES = (1e-7, 1e-6, 1e-5, 1e-4)  # how far beyond a corner its other side is looked at
-_WAY_BACK = 1.0 - 1e-6  # cosine beyond which a turn only leads back
 
 
 @dataclass(eq=False)
@@ -54,30 +54,25 @@ class Leg:
     ----------
     frame, shooting, walk
         The search, the equations and the walk along their solutions.
-    sizes
-        Half the peak-to-peak of every entry of z at the start of the leg, (m,).
+    spectra
+        Eigenvalues along it, with the sizes of z at its start.
     offset
         Distance along the strand at which it starts.
     """
 
     frame: Frame
     shooting: Shooting
-    sizes: Array
+    spectra: Spectra
     walk: Walk
     offset: float
 
     def cycle(self, state: State) -> Cycle:
         """The cycle at a state of the walk."""
-        return cycle_at(self.frame, self.shooting, state.x)
+        return cycle_at(self.frame, self.shooting, state.x, self.spectra)
 
     def switches(self, x: Array) -> Switches:
         """Its switching sequence over the (half) period."""
         return self.shooting.shot(x).passage.switches
-
-    def spectrum(self, x: Array) -> Spectrum:
-        """Eigenvalues of its map."""
-        shot = self.shooting.shot(x)
-        return spectrum(shot, self.sizes, self.shooting.symmetric, self.shooting.loop.memory)
 
     def flat(self, x: Array, cycle: Cycle) -> bool:
         """Whether the start has become a bad place to start from."""
@@ -131,26 +126,18 @@ def start_leg(
         folds={FOLD: m + 1},
         locate=1e-12,
     )
-    walk = Walk(shooting, q, along, settings, _tests(shooting, sizes, q, half))
-    return Leg(frame, shooting, sizes, walk, offset)
+    spectra = Spectra(shooting, sizes)
+    walk = Walk(shooting, q, along, settings, _tests(spectra, q, half))
+    return Leg(frame, shooting, spectra, walk, offset)
 
 
-def _tests(shooting: Shooting, sizes: Array, q: Array, half: float | None) -> dict[str, Test]:
-    last: dict[bytes, Spectrum] = {}
-
-    def spec(x: Array) -> Spectrum:
-        key = x.tobytes()
-        if key not in last:
-            last.clear()
-            shot = shooting.shot(x)
-            last[key] = spectrum(shot, sizes, shooting.symmetric, shooting.loop.memory)
-        return last[key]
-
+def _tests(spectra: Spectra, q: Array, half: float | None) -> dict[str, Test]:
     tests: dict[str, Test] = {
-        FLIP: lambda x, tangent: spec(x).flip,
-        TORUS: lambda x, tangent: spec(x).torus,
+        FLIP: lambda x, tangent: spectra(x).flip,
+        TORUS: lambda x, tangent: spectra(x).torus,
     }
     if half is not None:
+        shooting, sizes = spectra.shooting, spectra.sizes
         away = unlikeness(shooting, sizes, q, half)
         tests[RETURN] = lambda x, tangent: float(away @ unlikeness(shooting, sizes, x, half))
     return tests
@@ -178,8 +165,8 @@ def _kind(leg: Leg, event: Event) -> str:
     if event.name == FLIP:
         return "symmetry-breaking" if leg.shooting.symmetric else "period-doubling"
     if event.name == TORUS:
-        return "neimark-sacker" if leg.spectrum(event.x).closest_pair_is_complex else ""
-    return event.name
+        return "neimark-sacker" if leg.spectra(event.x).closest_pair_is_complex else ""
+    return ""
 
 
 def changes(leg: Leg, old: State, new: State) -> list[State]:
@@ -187,40 +174,54 @@ def changes(leg: Leg, old: State, new: State) -> list[State]:
     found: list[State] = []
     low, state, last = 0.0, old, leg.switches(new.x)
     while leg.switches(state.x) != last and len(found) < _CHANGES:
-        here, high, beyond = leg.switches(state.x), 1.0, new
-        while high - low > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
-            middle = 0.5 * (low + high)
-            if not low < middle < high:
-                break
-            try:
-                between = leg.walk.between(old, new, middle)
-            except ConvergenceError:
-                return found
-            if leg.switches(between.x) == here:
-                low, state = middle, between
-            else:
-                high, beyond = middle, between
-        found.append(beyond)
-        low, state = high, beyond
+        low, state = _change(leg, old, new, low, state)
+        if found and abs(state.x[-1] - found[-1].x[-1]) < _TOGETHER:
+            found.pop()  # several switches at once
+        found.append(state)
     return found
 
 
-def turned(leg: Leg, last: State) -> tuple[Array, Array] | None:
+def _change(leg: Leg, old: State, new: State, low: float, state: State) -> tuple[float, State]:
+    """The first place after `low` with another sequence than there."""
+    here, high, beyond = leg.switches(state.x), 1.0, new
+    while high - low > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        try:
+            between = leg.walk.between(old, new, middle)
+        except ConvergenceError:  # two switches coincide to round-off just there
+            break
+        if leg.switches(between.x) == here:
+            low, state = middle, between
+        else:
+            high, beyond = middle, between
+    return high, beyond
+
+
+def turned(leg: Leg, last: State, here: Switches) -> tuple[Array, Array] | None:
     """A start q and a direction beyond a sharp corner at a state, None if there is none.
 
     The map is smooth for each sequence of switches, and the curve of the next sequence leaves the
     corner along the null vector of its own Jacobian, even where that is more than a right angle off.
+
+    Parameters
+    ----------
+    here
+        The sequence on the way to the corner, which the state may have passed by round-off.
     """
-    here, scale = leg.switches(last.x), leg.walk.scale
-    for reach in _REACHES:
+    scale, tangent = leg.walk.scale, last.tangent
+    for probe in (last.x + side * reach * tangent for reach in _REACHES for side in (1, -1)):
         try:
-            ahead = tangent_at(leg.shooting, last.x + reach * last.tangent, None, scale)
+            if leg.switches(probe) == here:
+                continue
+            ahead = tangent_at(leg.shooting, probe, None, scale)
         except ConvergenceError:
             continue
+        step = 1e2 * float(np.linalg.norm((probe - last.x) / scale))
         for direction in (ahead, -ahead):
-            turn = float(np.sum(direction * last.tangent / scale**2))
-            found = _beyond(leg, last.x + 1e2 * reach * direction, direction)
-            if found is not None and leg.switches(found) != here and turn > -_WAY_BACK:
+            found = _beyond(leg, last.x + step * direction, direction)
+            if found is not None and leg.switches(found) != here:
                 return found, direction
     return None
 

@@ -19,13 +19,13 @@ from aeroflutter.springs import Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch import _kernel_exact as modes
 from aeroflutter.timemarch import _kernel_exact_march as kernel
 from aeroflutter.timemarch._kernel_exact_tables import build, conversions
+from aeroflutter.timemarch.prepared import law_of
 
 __all__ = ["Flow", "Loop", "Passage", "Trace"]
 
 Array = NDArray[np.float64]
 
 _EVENTS = 400  # switches that a passage may have
-_NO_ROWS = np.empty((0, kernel.TURN_COLUMNS))
 
 
 class Passage(NamedTuple):
@@ -179,7 +179,7 @@ class Loop:
         self.memory = isinstance(spring, Hysteresis)
         self.m = self.n + self.memory
         self.integrates = integrates(family)
-        self.law, self._slopes = _law(spring)
+        self.law, self._slopes = law_of(spring)
         self.at = lru_cache(maxsize=16)(self._compiled)
 
     def _compiled(self, speed: float) -> Flow:
@@ -189,21 +189,3 @@ class Loop:
         c = np.ascontiguousarray(self.family.c)
         tables = build(A, b, c, self._slopes, np.inf, dA, db, *conversions())
         return Flow(tables, self.law, A, b, dA, db)
-
-
-def _law(spring: PiecewiseLinear | Hysteresis) -> tuple[Any, Array]:
-    """A spring as the kernel's numbers, and the distinct slopes of its pieces."""
-    none = np.empty(0)
-    if isinstance(spring, Hysteresis):
-        stops = np.array([spring.v1, spring.v2, spring.h_low, spring.h_high])
-        size = float(np.abs(stops).max())
-        return modes.Law(1, none, np.array([0, 1]), none, none, stops, size), np.array([1.0, 0.0])
-    pieces = spring.pieces()
-    slopes, table = np.unique(pieces.slopes, return_inverse=True)
-    edges = np.concatenate(([-np.inf], pieces.breaks, [np.inf]))
-    size = float(np.abs(np.concatenate((pieces.breaks, pieces.offsets))).max())
-    law = modes.Law(
-        0, edges, table.astype(np.int64), pieces.slopes.astype(float),
-        pieces.offsets.astype(float), np.zeros(4), size,
-    )  # fmt: skip
-    return law, slopes.astype(float)

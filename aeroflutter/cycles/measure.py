@@ -11,7 +11,7 @@ from aeroflutter.cycles.centre import Centre
 from aeroflutter.cycles.loop import Loop, Trace
 from aeroflutter.cycles.result import Cycle
 from aeroflutter.cycles.shooting import Shooting
-from aeroflutter.cycles.spectrum import spectrum
+from aeroflutter.cycles.spectrum import Spectra
 from aeroflutter.errors import ConvergenceError
 
 __all__ = ["Frame", "anchored", "cycle_at", "sizes_of"]
@@ -115,7 +115,7 @@ def _top(shooting: Shooting, z: Array, trace: Trace) -> float:
     return 0.0 if best[1] <= start + 1e-9 * amplitude else float(best[0])
 
 
-def cycle_at(frame: Frame, shooting: Shooting, q: Array) -> Cycle:
+def cycle_at(frame: Frame, shooting: Shooting, q: Array, spectra: Spectra | None = None) -> Cycle:
     """Everything that is reported of the cycle at q."""
     z, period, speed = shooting.unpack(q)
     loop, centre = frame.loop, frame.centre
@@ -124,8 +124,7 @@ def cycle_at(frame: Frame, shooting: Shooting, q: Array) -> Cycle:
     y = trace.states @ loop.family.c
     high = max(float(y.max()), float(np.max(trace.turns[:, 1], initial=-np.inf)))
     low = min(float(y.min()), float(np.min(trace.turns[:, 1], initial=np.inf)))
-    shot = shooting.shot(q)
-    spec = spectrum(shot, sizes, shooting.symmetric, loop.memory)
+    spec = (spectra or Spectra(shooting, sizes))(q)
     return Cycle(
         speed=speed,
         speed_ratio=speed / frame.flutter if frame.flutter else float("nan"),
@@ -136,7 +135,7 @@ def cycle_at(frame: Frame, shooting: Shooting, q: Array) -> Cycle:
         multipliers=spec.multipliers,
         stable=spec.stable,
         symmetric=shooting.symmetric,
-        continuum=shot.free,
+        continuum=spec.drift is not None,
         state=z[: loop.n] + centre.rest(loop.family, speed),
         memory=(float(z[loop.n]) if loop.memory else 0.0) + centre.memory,
         closure=float(np.max(np.abs(trace.end - z) / sizes)),

@@ -2,36 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.continuation import ContinuationOptions, correct
 from aeroflutter.cycles.centre import static_state
 from aeroflutter.cycles.loop import Loop
+from aeroflutter.cycles.measure import Frame, anchored, sizes_of, trace_of
 from aeroflutter.cycles.shooting import Shooting
+from aeroflutter.errors import ConvergenceError
 from aeroflutter.springs import Hysteresis
+from aeroflutter.timemarch.endstates import EndOptions, end_states
+from aeroflutter.timemarch.prepared import Prepared
 
-__all__ = ["sinusoid"]
+__all__ = ["converged", "end_seeds", "mirrors", "sinusoid"]
 
 Array = NDArray[np.float64]
 
+_WHOLE = 1e-6  # relative difference below which a fraction of the period is a period
+_FRACTIONS = (2, 3, 5, 7)
+_MIRROR = 1e-5  # relative difference below which a simulated motion mirrors itself
+_SAMPLES = 256
+_PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and U/U_ref
+_NEWTON = 12  # iterations
+_REST = 0.05  # of the size of the guess: what shrinks below it has come to rest
+_REACH = 1.0  # of Newton's method, in sizes of the cycle
 
-def sinusoid(shooting: Shooting, amplitude: float, bias: float, speed: float, k: float) -> Array:
-    """Start q of the forced response to the moment of y = bias + amplitude cos kτ.
+
+def sinusoid(loop: Loop, amplitude: float, bias: float, speed: float, k: float) -> Array:
+    """Point z of the forced response to the moment of y = bias + amplitude cos kτ.
 
     Parameters
     ----------
     amplitude, bias, speed, k
         A cycle by the describing function.
     """
-    loop = shooting.loop
     A, b = loop.family.stack(speed)
     N = complex(loop.spring.describing(amplitude, bias).N)
     wave = np.linalg.solve(1j * k * np.eye(loop.n) - A, -b * N * amplitude)
-    mean = static_state(loop.family, speed, bias)
     angle, memory = _start(loop, amplitude, bias)
-    x = mean + (wave * np.exp(1j * angle)).real
-    z = np.append(x, memory) if loop.memory else x
-    return shooting.pack(z, 2 * np.pi / k, speed)
+    x = static_state(loop.family, speed, bias) + (wave * np.exp(1j * angle)).real
+    return np.append(x, memory) if loop.memory else x
 
 
 def _start(loop: Loop, amplitude: float, bias: float) -> tuple[float, float]:
@@ -39,6 +52,93 @@ def _start(loop: Loop, amplitude: float, bias: float) -> tuple[float, float]:
     spring = loop.spring
     if not isinstance(spring, Hysteresis):
         return 0.0, 0.0
-    top = bias + amplitude
-    memory = float(np.clip(top - spring.v1, spring.h_low, spring.h_high))
+    memory = float(np.clip(bias + amplitude - spring.v1, spring.h_low, spring.h_high))
     return float(np.arccos(np.clip((memory + spring.v_off - bias) / amplitude, -1, 1))), memory
+
+
+def end_seeds(
+    frame: Frame, speed: float, amplitudes: Array, options: EndOptions | None = None
+) -> Iterator[tuple[Array, float]]:
+    """Points and periods of the attracting cycles that motions from rest at some y end on.
+
+    Parameters
+    ----------
+    amplitudes
+        Initial y, radians about the centre.
+    """
+    loop = frame.loop
+    system = loop.family.at(speed)
+    prepared = Prepared.of(system, loop.spring)
+    c = loop.family.c
+    states = amplitudes[:, None] * c / (c @ c)
+    memory = loop.spring.initial_memory(amplitudes)
+    ends = end_states(prepared, states, memory, options or EndOptions(cycles=200, patience=10),
+                      share=True)  # fmt: skip
+    for z, period, loops in zip(ends.cycles.z, ends.cycles.period, ends.cycles.loops, strict=True):
+        if loops > 0:
+            yield (z if loop.memory else z[: loop.n]).copy(), float(period)
+
+
+def mirrors(frame: Frame, z: Array, period: float, speed: float) -> Array | None:
+    """The point of a motion that mirrors itself, moved to the centre; None if it does not.
+
+    In a continuum of bias the motion mirrors itself about some other place.
+    """
+    flow, c = frame.loop.at(speed), frame.loop.family.c
+    y = flow.trace(z, period, _SAMPLES).states @ c
+    y -= y.mean()
+    if np.max(np.abs(y + np.roll(y, _SAMPLES // 2))) > _MIRROR * np.max(np.abs(y)):
+        return None
+    return np.asarray(0.5 * (z - flow.passage(z, period / 2).end))
+
+
+def converged(
+    frame: Frame, z: Array, period: float, speed: float, symmetric: bool
+) -> tuple[Shooting, Array]:
+    """The cycle near a guess, with its equations: at that speed, else the nearest at another.
+
+    A cycle found more than once round is cut down to its own period.
+
+    Raises
+    ------
+    ConvergenceError
+        If there is none, or only one far away.
+    """
+    shooting = Shooting(frame.loop, symmetric, frame.reference)
+    q, _ = anchored(shooting, shooting.pack(z, period, speed))
+    hold = float(q[-3]) if frame.loop.memory else 0.0
+    shooting = Shooting(frame.loop, symmetric, frame.reference, hold)
+    sizes = sizes_of(shooting, trace_of(shooting, q))
+    scale = np.concatenate((np.sqrt(sizes.size) * sizes, [_PERIOD, _SPEED]))
+    options = ContinuationOptions(scale=scale, max_newton=_NEWTON)
+    try:
+        found, _ = correct(shooting, q, np.eye(q.size)[-1], options)
+    except ConvergenceError:
+        found, _ = correct(shooting, q, None, options)
+    shrunk = np.max(sizes_of(shooting, trace_of(shooting, found)) / sizes)
+    if not (np.linalg.norm((found - q) / scale) < _REACH and shrunk > _REST):
+        raise ConvergenceError("Newton's method led far from where it was started, or to rest")
+    if not shooting.shot(found).passage.switches:
+        raise ConvergenceError("the spring does not switch: a cycle of a linear system")
+    return _cut(frame, shooting, found, sizes)
+
+
+def _cut(frame: Frame, shooting: Shooting, q: Array, sizes: Array) -> tuple[Shooting, Array]:
+    """The same cycle once round, on the half-period map if it mirrors itself."""
+    z, period, speed = shooting.unpack(q)
+    flow = shooting.flow(q)
+
+    def returns(duration: float, sign: float) -> bool:
+        end = flow.passage(z, duration).end
+        return bool(np.max(np.abs((end - sign * z) / sizes)) < _WHOLE)
+
+    symmetric = shooting.symmetric
+    for count in _FRACTIONS:
+        part = period / count
+        if symmetric and count % 2 and returns(part / 2, -1.0):
+            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes)
+        if not symmetric and returns(part, 1.0):
+            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes)
+    if not symmetric and frame.centre.odd and returns(period / 2, -1.0):
+        return Shooting(frame.loop, True, frame.reference), q
+    return shooting, q

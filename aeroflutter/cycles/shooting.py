@@ -25,11 +25,14 @@ from numpy.typing import NDArray
 
 from aeroflutter.cycles.centre import static_state
 from aeroflutter.cycles.loop import Flow, Loop, Passage
+from aeroflutter.errors import ConvergenceError
 from aeroflutter.timemarch import _kernel_exact as modes
 
 __all__ = ["Shooting", "Shot"]
 
 Array = NDArray[np.float64]
+
+_LOG_PERIOD = 50.0  # what Newton's method may try
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,6 +111,8 @@ class Shooting:
         return self._shot
 
     def _shoot(self, q: Array) -> Shot:
+        if not abs(q[-2]) < _LOG_PERIOD:
+            raise ConvergenceError("the period has left all bounds")
         z, period, speed = self.unpack(q)
         m = z.size
         flow = self.loop.at(speed)

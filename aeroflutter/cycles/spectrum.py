@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.cycles.shooting import Shot
+from aeroflutter.cycles.shooting import Shooting, Shot
 
-__all__ = ["Spectrum", "spectrum"]
+__all__ = ["Spectra", "Spectrum", "critical_vector", "spectrum"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -70,6 +70,34 @@ class Spectrum:
         i, j = np.triu_indices(self.others.size, 1)
         best = np.argmin(np.abs(1.0 - self.others[i] * self.others[j]))
         return bool(abs(self.others[i[best]].imag) > 1e-7)
+
+
+class Spectra:
+    """Eigenvalues along a walk; those of the last point are kept.
+
+    Parameters
+    ----------
+    shooting
+        The equations.
+    sizes
+        Size of each entry of z, (m,), which balances the matrix.
+    """
+
+    def __init__(self, shooting: Shooting, sizes: Array) -> None:
+        self.shooting, self.sizes = shooting, sizes
+        self._key = b""
+        self._last: Spectrum
+
+    def __call__(self, q: Array) -> Spectrum:
+        """Eigenvalues of the map of the cycle at q."""
+        key = q.tobytes()
+        if key != self._key:
+            shooting = self.shooting
+            self._last = spectrum(
+                shooting.shot(q), self.sizes, shooting.symmetric, shooting.loop.memory
+            )
+            self._key = key
+        return self._last
 
 
 def spectrum(shot: Shot, sizes: Array, symmetric: bool, memory: bool) -> Spectrum:

@@ -1,0 +1,310 @@
+"""Every family of limit cycles that the seeds lead to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.cycles.assemble import Family, assemble, lowest
+from aeroflutter.cycles.centre import centre
+from aeroflutter.cycles.follow import BACK, Place, Strand, crossing, follow
+from aeroflutter.cycles.loop import Loop
+from aeroflutter.cycles.measure import Frame, cycle_at
+from aeroflutter.cycles.options import CycleOptions
+from aeroflutter.cycles.result import Cycle, LimitCycles
+from aeroflutter.cycles.seeds import converged, end_seeds, mirrors, sinusoid
+from aeroflutter.cycles.shooting import Shooting
+from aeroflutter.cycles.spectrum import critical_vector
+from aeroflutter.describing import DescribingCurve, DescribingOptions, describing_curve
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.lure import FixedFamily, LureFamily
+from aeroflutter.rootlocus import flutter_point
+from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
+
+__all__ = ["Search", "limit_cycles"]
+
+Array = NDArray[np.float64]
+Watch = Callable[[Cycle], None]
+
+_DF_POINTS = 16  # cycles of each describing-function family that are tried as seeds
+_ASIDE = 1e-3  # step onto a branch, in sizes of the cycle
+_SPEEDS = 10  # at which the exact engine looks for cycles
+_AMPLITUDES = (0.6, 12.0)  # of initial y there, in units of the spring's scale
+
+
+def limit_cycles(
+    family: LureFamily,
+    spring: Spring,
+    options: CycleOptions | None = None,
+    watch: Watch = lambda cycle: None,
+) -> LimitCycles:
+    """Every limit cycle of a loop with a piecewise-linear spring, against speed.
+
+    Parameters
+    ----------
+    family
+        The linear system at every speed.
+    spring
+        The restoring moment: table, bilinear, freeplay or hysteresis; degenerate laws are
+        simplified first.
+    options
+        Where to look, and how closely.
+    watch
+        Called with every cycle found.
+
+    Raises
+    ------
+    InputError
+        If the spring is not piecewise linear, or the system does not depend on speed.
+
+    Examples
+    --------
+    >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+    >>> section = SectionFamily(TypicalSection(omega_bar=0.8))
+    >>> result = limit_cycles(section, Hysteresis(1.0, 0.2))
+    >>> round(result.onset.cycle.speed_ratio, 8), result.onset.kind
+    (0.92151328, 'fold')
+    """
+    if isinstance(family, FixedFamily):
+        raise InputError(
+            "family: does not depend on speed, so there is no branch over it; use cycles_at"
+        )
+    search = Search(family, spring, options, watch)
+    search.run()
+    return search.result()
+
+
+@dataclass(frozen=True)
+class _Seed:
+    """A guess of a cycle."""
+
+    z: Array
+    period: float
+    speed: float
+    symmetric: bool
+    origin: str
+
+
+class Search:
+    """A search for families, one seed after the other."""
+
+    def __init__(
+        self,
+        family: LureFamily,
+        spring: Spring,
+        options: CycleOptions | None = None,
+        watch: Watch = lambda cycle: None,
+    ) -> None:
+        self.options = options or CycleOptions()
+        self.watch = watch
+        self.families: list[Family] = []
+        self.notes: list[str] = []
+        self._entered: set[tuple[float, float]] = set()
+        simple = _piecewise(spring)
+        point = flutter_point(family)
+        about = centre(family, simple)
+        flutter = None if point is None else point.speed
+        self.frame = Frame(
+            loop=Loop(family, about.spring),
+            centre=about,
+            flutter=flutter,
+            reference=flutter or family.search_range[1],
+            period=np.inf if point is None else 2 * np.pi / point.k,
+        )
+
+    @property
+    def _largest(self) -> float:
+        return self.options.largest * self.frame.loop.spring.scale
+
+    def run(self) -> None:
+        """Follow every family that a seed leads to, then what branches from them."""
+        if isinstance(self.frame.loop.spring, Linear):
+            self.notes.append("the spring is linear: it has no limit cycles")
+            return
+        for seed in self._describing_seeds():
+            self.try_seed(seed)
+        if self.options.simulations:
+            for seed in self._simulated_seeds():
+                self.try_seed(seed)
+        self._branch()
+
+    def result(self) -> LimitCycles:
+        """What was found."""
+        facts = [family.facts for family in self.families]
+        low, high = self.options.limits(self.frame)
+        return LimitCycles(
+            families=tuple(facts),
+            flutter_speed=self.frame.flutter,
+            onset=lowest([one.onset for one in facts]),
+            stable_onset=lowest([one.stable_onset for one in facts]),
+            speed_range=(low * self.frame.reference, high * self.frame.reference),
+            notes=tuple(self.notes),
+        )
+
+    # --- seeds ---------------------------------------------------------------------------------
+
+    def _describing_seeds(self) -> Iterator[_Seed]:
+        loop = self.frame.loop
+        for point in describing_points(self.frame, self.options):
+            amplitude, bias, speed, k = point
+            z = sinusoid(loop, amplitude, bias, speed, k)
+            symmetric = self.frame.centre.odd and bias == 0.0
+            yield _Seed(z, 2 * np.pi / k, speed, symmetric, "describing function")
+
+    def _simulated_seeds(self) -> Iterator[_Seed]:
+        low, high = self.options.limits(self.frame)
+        top = min(high, 0.995) if self.frame.flutter else high
+        scale = self.frame.loop.spring.scale
+        amplitudes = scale * np.geomspace(*_AMPLITUDES, self.options.simulations)
+        for ratio in np.linspace(low, top, _SPEEDS):
+            yield from self.simulated(float(ratio * self.frame.reference), amplitudes)
+
+    def simulated(self, speed: float, amplitudes: Array) -> Iterator[_Seed]:
+        """The attracting cycles at a speed that motions from some initial y end on."""
+        middle = 0.5 * sum(self.frame.loop.spring.span())
+        for z, period in end_seeds(self.frame, speed, middle + amplitudes):
+            about = mirrors(self.frame, z, period, speed) if self.frame.centre.odd else None
+            yield _Seed(
+                z if about is None else about, period, speed, about is not None, "simulation"
+            )
+
+    # --- following -----------------------------------------------------------------------------
+
+    def try_seed(self, seed: _Seed) -> None:
+        """Follow the family of a seed both ways, unless it is known or there is none."""
+        try:
+            shooting, q = converged(self.frame, seed.z, seed.period, seed.speed, seed.symmetric)
+            cycle = cycle_at(self.frame, shooting, q)
+            if cycle.amplitude > self._largest or self.known(cycle):
+                return
+            half = -1.0 if self.frame.centre.odd and not shooting.symmetric else None
+            ahead = follow(self.frame, shooting, q, None, self.options, half=half, watch=self.watch)
+        except ConvergenceError:
+            return  # a guess that leads nowhere
+        behind = None
+        if not ahead.closed:
+            start = ahead.places[0]
+            behind = follow(
+                self.frame,
+                start.leg.shooting,
+                start.state.x,
+                -start.state.tangent,
+                self.options,
+                half=half,
+                watch=self.watch,
+            )
+        ratio = ahead.places[0].cycle.speed / self.frame.reference
+        self._add(f"{seed.origin} at {ratio:.6g}", None, ahead, behind)
+
+    def _add(self, origin: str, parent: int | None, ahead: Strand, behind: Strand | None) -> None:
+        number = len(self.families) + 1
+        points = self.options.points if parent is None else self.options.points // 4
+        self.families.append(assemble(number, origin, parent, ahead, behind, points))
+
+    def known(self, cycle: Cycle) -> bool:
+        """Whether a cycle lies on a family that has been followed."""
+        return any(
+            crossing(one.leg, one.state, other.state, cycle)
+            for family in self.families
+            for strand in family.strands
+            for one, other in zip(strand.places[:-1], strand.places[1:], strict=True)
+            if one.leg is other.leg
+        )
+
+    # --- branch switching ----------------------------------------------------------------------
+
+    def _branch(self) -> None:
+        done = 0
+        for _ in range(self.options.depth):
+            fresh, done = self.families[done:], len(self.families)
+            for family in fresh:
+                for place in family.marked("symmetry-breaking", "period-doubling"):
+                    if _key(place) not in self._entered:
+                        self._switch(family, place)
+
+    def _switch(self, family: Family, place: Place) -> None:
+        """Follow what branches off where an eigenvalue passes -1."""
+        leg = place.leg
+        doubled = not leg.shooting.symmetric
+        vector = critical_vector(leg.shooting.shot(place.state.x), leg.spectra.sizes)
+        along = np.append(vector, [0.0, 0.0])
+        q = place.state.x + _ASIDE * np.sqrt(vector.size) * along
+        if doubled:
+            q[-2] += np.log(2.0)
+        shooting = Shooting(self.frame.loop, False, self.frame.reference)
+        half = 1.0 if doubled else -1.0
+        ratio = place.cycle.speed / self.frame.reference
+        name = f"{place.kind} of family {family.facts.number} at {ratio:.8g}"
+        try:
+            strand = follow(
+                self.frame, shooting, q, along, self.options, half=half, watch=self.watch
+            )
+        except ConvergenceError as error:
+            self.notes.append(f"the branch at the {name} could not be entered: {error}")
+            return
+        if self.known(strand.middle.cycle):
+            return
+        strand.places.insert(0, replace(place, at=-_ASIDE, kind=""))
+        if BACK in strand.stop:
+            mark = self._nearest(strand.end)
+            self._entered.add(_key(mark))
+            strand.places.append(replace(mark, at=strand.end.at + _ASIDE, kind=""))
+        self._add(name, family.facts.number, strand, None)
+
+
+    def _nearest(self, end: Place) -> Place:
+        """The bifurcation at which a family that comes back ends."""
+        marks = [
+            place
+            for family in self.families
+            for place in family.marked("symmetry-breaking", "period-doubling")
+        ]
+        here = end.cycle
+
+        def distance(place: Place) -> float:
+            there = place.cycle
+            ratio = there.amplitude / here.amplitude
+            return float(np.hypot(there.speed / here.speed - 1.0, np.log(ratio)))
+
+        return min(marks, key=distance)
+
+
+def _key(place: Place) -> tuple[float, float]:
+    return place.cycle.speed, place.cycle.amplitude
+
+
+def _piecewise(spring: Spring) -> PiecewiseLinear | Hysteresis:
+    simple = simplify(spring)
+    if not isinstance(simple, PiecewiseLinear | Hysteresis):
+        raise InputError(
+            f"spring.kind: {spring.kind!r} has no linear pieces; its limit cycles are found by "
+            "harmonic balance: use `aeroflutter hb`"
+        )
+    return simple
+
+
+def describing_points(frame: Frame, options: CycleOptions) -> list[tuple[float, ...]]:
+    """Cycles by the describing function, (amplitude, bias, speed, k): the least distorted first."""
+    curve = _describing(frame, options)
+    order = np.argsort(np.nan_to_num(curve.distortion, nan=np.inf), kind="stable")
+    mirrored = {one.number for one in curve.families if one.mirror_of is not None}
+    return [
+        (curve.amplitude[i], curve.bias[i], curve.speed[i], curve.k[i])
+        for i in order
+        if curve.family[i] not in mirrored
+    ]
+
+
+def _describing(frame: Frame, options: CycleOptions) -> DescribingCurve:
+    scale = frame.loop.spring.scale
+    settings = DescribingOptions(
+        points=_DF_POINTS,
+        speed_ratio_range=options.speed_ratio_range,
+        amplitude_range=(1e-2 * scale, options.largest * scale),
+        scan_amplitudes=8,
+        scan_speeds=60,
+    )
+    return describing_curve(frame.loop.family, frame.loop.spring, settings)
