@@ -25,7 +25,6 @@ from aeroflutter.section import TypicalSection
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table
 from aeroflutter.validity import doubtful, expected_error, guarantees_at
 
-
 BAD = 0.01  # relative error of the speed that a doubtful describing function may have
 
 
@@ -230,7 +229,9 @@ def report(outcomes: list[Outcome]) -> dict[str, float]:
     ratio = 0.5 * widths / np.maximum(errors, 1e-12)
     print(f"  half width over true error: quartiles {np.quantile(ratio, [0.25, 0.5, 0.75])}")
     outermost = max(one.position for one in proved)
-    print(f"  outermost true cycle at {outermost:.3f} of the way from the band's middle to its edge")
+    print(
+        f"  outermost true cycle at {outermost:.3f} of the way from the band's middle to its edge"
+    )
     tight = [one for one in outcomes if one.truncation < 1e-7]
     print(f"  cycles converged to 1e-8: {len(tight)}, the others to 1e-6")
     return {

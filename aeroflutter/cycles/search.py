@@ -254,7 +254,6 @@ class Search:
             strand.places.append(replace(mark, at=strand.end.at + _ASIDE, kind=""))
         self._add(name, family.facts.number, strand, None)
 
-
     def _nearest(self, end: Place) -> Place:
         """The bifurcation at which a family that comes back ends."""
         marks = [
