@@ -1,27 +1,24 @@
 """Linear flutter by root locus: roots of ``det(pI - A(U) + N b c)`` followed over speed.
 
-Modes are followed by their eigenvectors: between two neighbouring speeds every right eigenvector
-must have one clear partner among the left ones, or the interval is halved. Crossings of the
-imaginary axis are then found on each mode, touching ones included, and polished by Newton's
-method on the eigenvalue itself. Systems without damping (quasi-steady aerodynamics) lose stability
-where two frequencies coalesce; there the discriminant of the polynomial in ``p^2`` is solved.
+Modes are followed by their eigenvectors (`aeroflutter.modes`). Crossings of the imaginary axis are
+found on each mode, touching ones included, and bracketed to round-off on the eigenvalue. Systems
+without damping (quasi-steady aerodynamics) lose stability where two frequencies coalesce; there
+the discriminant of the polynomial in ``p^2`` is solved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from aeroflutter.bracket import bracketed_root
 from aeroflutter.errors import InputError
 from aeroflutter.lure import Complex, LureFamily, Real, inverse_transfer
+from aeroflutter.modes import Track, closed_matrices, follow, solve_modes
 
-_CLEAR = 0.9  # overlap of a mode with its successor that counts as unambiguous
-_DEPTH = 12  # halvings of a search interval before two modes count as coalescing
 _NEUTRAL = 1e-9  # |Re p| below this fraction of max |p| is round-off, not damping
 
 
@@ -210,122 +207,19 @@ def flutter_against_stiffness(
     return found[:, 0], found[:, 1]
 
 
-# --- following modes -----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class _Modes:
-    """Eigenvalues (m, n), right eigenvectors (m, n, n) and their inverses, over speeds (m,)."""
-
-    speeds: Real
-    roots: Complex
-    right: Complex
-    left: Complex
-
-    def merged(self, other: _Modes) -> _Modes:
-        order = np.argsort(np.concatenate([self.speeds, other.speeds]), kind="stable")
-        pairs = zip(self._arrays(), other._arrays(), strict=True)
-        return _Modes(*(np.concatenate(pair)[order] for pair in pairs))
-
-    def _arrays(self) -> tuple[NDArray[Any], ...]:
-        return self.speeds, self.roots, self.right, self.left
-
-
-@dataclass(frozen=True, eq=False)
-class _Track:
-    """Modes followed over speed: columns of roots and of slopes d root/dU belong together."""
-
-    speeds: Real
-    roots: Complex
-    slopes: Complex
-
-
-def _closed(family: LureFamily, stiffness: float, speeds: Real) -> Real:
-    A, b = family.stack(speeds)
-    closed: Real = A - stiffness * b[..., :, None] * family.c
-    return closed
-
-
-def _modes(family: LureFamily, stiffness: float, speeds: Real) -> _Modes:
-    roots, right = np.linalg.eig(_closed(family, stiffness, speeds))
-    # a defective matrix has no inverse eigenvectors; the pseudo-inverse keeps the others usable
-    roots, right = roots.astype(complex), right.astype(complex)
-    return _Modes(speeds, roots, right, np.linalg.pinv(right, rcond=1e-15))
-
-
-def _partners(modes: _Modes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """For neighbouring speeds: each mode's successor (m-1, n), and whether it is clear (m-1,)."""
-    overlap = np.abs(modes.left[:-1] @ modes.right[1:])
-    best = np.argmax(overlap, axis=2)
-    n = best.shape[1]
-    bijective = np.all(np.sort(best, axis=1) == np.arange(n), axis=1)
-    chosen = np.take_along_axis(overlap, best[..., None], axis=2)[..., 0]
-    rest = (overlap.sum(axis=2) - chosen).max(axis=1)
-    clear = bijective & (chosen.min(axis=1) > _CLEAR) & (rest < 1 - _CLEAR + 0.4)
-    return best, clear
-
-
-def _refined(family: LureFamily, stiffness: float, speeds: Real) -> _Modes:
-    """Halve every interval across which the modes have no clear partners."""
-    modes = _modes(family, stiffness, speeds)
-    for _ in range(_DEPTH):
-        unclear = ~_partners(modes)[1]
-        if not unclear.any():
-            break
-        middle = 0.5 * (modes.speeds[:-1] + modes.speeds[1:])[unclear]
-        modes = modes.merged(_modes(family, stiffness, middle))
-    return modes
-
-
-def _assigned(modes: _Modes) -> NDArray[np.intp]:
-    """Column of each mode at each speed (m, n)."""
-    best, clear = _partners(modes)
-    columns = np.empty(modes.roots.shape, dtype=np.intp)
-    columns[0] = np.lexsort((modes.roots[0].real, modes.roots[0].imag))[::-1]
-    for i, (partner, unambiguous) in enumerate(zip(best, clear, strict=True)):
-        if not unambiguous:  # two modes coalesce between these speeds: the nearest roots go on
-            partner = _nearest_pairs(modes.roots[i], modes.roots[i + 1])
-        columns[i + 1] = partner[columns[i]]
-    return columns
-
-
-def _nearest_pairs(first: Complex, last: Complex) -> NDArray[np.intp]:
-    """Successor of each root when eigenvectors cannot tell: the closest pairs first."""
-    distance = np.abs(first[:, None] - last[None, :])
-    partner = np.empty(first.size, dtype=np.intp)
-    for _ in range(first.size):
-        i, j = np.unravel_index(np.argmin(distance), distance.shape)
-        partner[i] = j
-        distance[i, :], distance[:, j] = np.inf, np.inf
-    return partner
-
-
-def _track(family: LureFamily, stiffness: float, speeds: Real) -> _Track:
-    modes = _refined(family, stiffness, speeds)
-    dA, db = family.derivative(modes.speeds)
-    change = dA - stiffness * db[..., :, None] * family.c
-    slopes = np.einsum("mij,mjk,mki->mi", modes.left, change, modes.right, optimize=True)
-    columns = _assigned(modes)
-    return _Track(
-        modes.speeds,
-        np.take_along_axis(modes.roots, columns, axis=1),
-        np.take_along_axis(slopes, columns, axis=1),
-    )
-
-
-def _search(family: LureFamily, options: RootLocusOptions) -> _Track:
+def _search(family: LureFamily, options: RootLocusOptions) -> Track:
     low, high = options.range(family)
     space = np.geomspace if low > 0 else np.linspace
-    return _track(family, options.stiffness, space(low, high, options.grid))
+    return follow(family, options.stiffness, space(low, high, options.grid))
 
 
 def _roots_at(family: LureFamily, stiffness: float, speeds: Real) -> Complex:
     """Tracked roots at the given speeds only."""
     order = np.argsort(speeds, kind="stable")
     if speeds.size == 1:
-        roots: Complex = _modes(family, stiffness, speeds).roots
+        roots: Complex = solve_modes(family, stiffness, speeds).roots
         return np.take_along_axis(roots, np.argsort(-roots.imag, axis=1), axis=1)
-    track = _track(family, stiffness, np.unique(speeds))
+    track = follow(family, stiffness, np.unique(speeds))
     found: Complex = track.roots[np.searchsorted(track.speeds, speeds[order])]
     return found[np.argsort(order)]
 
@@ -349,12 +243,12 @@ def _first_growing(crossings: tuple[Crossing, ...]) -> Crossing | None:
     return next((crossing for crossing in crossings if crossing.growing), None)
 
 
-def _unstable_at_low(track: _Track) -> bool:
+def _unstable_at_low(track: Track) -> bool:
     roots = track.roots[0]
     return bool(np.any((roots.real > _NEUTRAL * np.abs(roots).max()) & (roots.imag > 0)))
 
 
-def _crossings(family: LureFamily, stiffness: float, track: _Track) -> tuple[Crossing, ...]:
+def _crossings(family: LureFamily, stiffness: float, track: Track) -> tuple[Crossing, ...]:
     if _reversible(family, stiffness, track.speeds):
         found = _coalescences(family, stiffness, track.speeds)
     else:
@@ -379,7 +273,7 @@ def _distinct(crossings: list[Crossing]) -> list[Crossing]:
 
 
 def _brackets(
-    family: LureFamily, stiffness: float, track: _Track
+    family: LureFamily, stiffness: float, track: Track
 ) -> list[tuple[float, float, complex, complex]]:
     """Intervals of speed across which an oscillatory root changes the sign of its damping."""
     U, roots, slopes = track.speeds, track.roots, track.slopes
@@ -404,7 +298,7 @@ def _brackets(
 
 
 def _nearest(family: LureFamily, stiffness: float, speed: float, guess: complex) -> complex:
-    roots = np.linalg.eigvals(_closed(family, stiffness, np.asarray(speed)))
+    roots = np.linalg.eigvals(closed_matrices(family, stiffness, np.asarray(speed)))
     return complex(roots[np.argmin(np.abs(roots - guess))])
 
 
@@ -463,7 +357,7 @@ def _reversible(family: LureFamily, stiffness: float, speeds: Real) -> bool:
     That is so if the traces of all odd powers vanish. The smallest damping must count: undamped
     flutter is not the limit of flutter with little damping.
     """
-    closed = _closed(family, stiffness, speeds)
+    closed = closed_matrices(family, stiffness, speeds)
     size = np.abs(closed)
     for power in range(1, closed.shape[-1] + 1, 2):
         trace = np.trace(np.linalg.matrix_power(closed, power), axis1=-2, axis2=-1)
@@ -475,7 +369,7 @@ def _reversible(family: LureFamily, stiffness: float, speeds: Real) -> bool:
 
 def _squares(family: LureFamily, stiffness: float, speed: float) -> Complex:
     """The squares p^2 of the roots of a reversible system, each once (n/2,)."""
-    closed = _closed(family, stiffness, np.asarray(speed))
+    closed = closed_matrices(family, stiffness, np.asarray(speed))
     n = closed.shape[0]
     if n == 4:  # p^4 - (tr A²/2) p² + det A, without the detour over a double eigenvalue
         half = 0.25 * np.trace(closed @ closed)

@@ -100,6 +100,7 @@ def test_json_types(capsys: Capture) -> None:
     st.recursive(
         st.none() | st.booleans() | st.integers() | st.floats() | st.complex_numbers() | st.text(),
         lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+        max_leaves=10,
     )
 )
 def test_anything_becomes_strict_json(value: Any) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -34,6 +35,8 @@ COMMANDS = {
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""
 
 OK, FAILED, BAD_INPUT, NOT_CONVERGED, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
+
+_NEGATIVE = re.compile(r"-\.?\d")
 
 _HELP = """\
 Usage: aeroflutter COMMAND CASE [OPTIONS]
@@ -100,11 +103,24 @@ def _call(words: list[str]) -> None:
     from cyclopts.exceptions import CycloptsError
 
     try:
-        command, bound, _ = build_app().parse_args(words, exit_on_error=False, print_error=False)
+        command, bound, _ = build_app().parse_args(
+            _with_negative_values(words), exit_on_error=False, print_error=False
+        )
     except CycloptsError as error:
         error.verbose = False
         raise InputError(" ".join(str(error).split())) from None
     command(*bound.args, **bound.kwargs)
+
+
+def _with_negative_values(words: list[str]) -> list[str]:
+    """Bind `--alpha-deg -5:5:11` into one word: no option begins with a digit, a value may."""
+    joined: list[str] = []
+    for word in words:
+        if _NEGATIVE.match(word) and joined and joined[-1].startswith("--"):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def _unknown_command(word: str) -> str:

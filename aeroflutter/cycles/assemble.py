@@ -1,4 +1,4 @@
-"""From strands to a family: enough cycles, in order, with what happens on them and where it begins."""
+"""From strands to a family: enough cycles, in order, what happens on them, where it begins."""
 
 from __future__ import annotations
 

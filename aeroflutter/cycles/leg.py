@@ -1,7 +1,7 @@
 """One leg of a family of cycles: a walk from one starting place, in units of one size.
 
-The walk comes from the pseudo-arclength continuation. Its test functions locate folds and changes of
-stability; changes of the switching sequence have no test function that a sequence-free map could
+The walk comes from the pseudo-arclength continuation. Its test functions locate folds and changes
+of stability; changes of the switching sequence have no test function that a sequence-free map could
 offer and are bisected. Where the memory meets a stop the map has a kink and the curve a corner,
 which may turn by more than a right angle; `turned` finds the way on.
 """
@@ -203,7 +203,7 @@ def turned(leg: Leg, last: State, here: Switches) -> tuple[Array, Array] | None:
     """A start q and a direction beyond a sharp corner at a state, None if there is none.
 
     The map is smooth for each sequence of switches, and the curve of the next sequence leaves the
-    corner along the null vector of its own Jacobian, even where that is more than a right angle off.
+    corner along the null vector of its own Jacobian, even more than a right angle off.
 
     Parameters
     ----------

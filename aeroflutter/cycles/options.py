@@ -62,9 +62,11 @@ class CycleOptions:
             for name, least in (("points", 2), ("depth", 0), ("simulations", 0), ("max_states", 10))
             if not getattr(self, name) >= least
         ]
-        for name in ("largest", "step", "max_step", "longest"):
-            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
-                problems.append(f"{name}: must be positive, not {getattr(self, name)!r}")
+        problems += [
+            f"{name}: must be positive, not {getattr(self, name)!r}"
+            for name in ("largest", "step", "max_step", "longest")
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0)
+        ]
         low, high = self.speed_ratio_range
         if not 0 < low < high < np.inf:
             problems.append(

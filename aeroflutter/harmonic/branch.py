@@ -121,7 +121,6 @@ def continue_branch(
     symmetric: bool | None = None,
     number: int = 0,
     flutter: float | None = None,
-    both: bool = True,
 ) -> HarmonicBranch:
     """The family of cycles through the one to which `start` converges.
 

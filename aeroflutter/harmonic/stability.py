@@ -61,7 +61,7 @@ class Stability:
         return high < spring.v1 + spring.h_high and low > spring.v2 + spring.h_low
 
     def proper(self, x: Real) -> Complex:
-        """Multipliers (`Multipliers.basic`) that say something: not the trivial nor a neutral one."""
+        """Multipliers (`Multipliers.basic`) that say something: neither trivial nor neutral."""
         others = self.at(x).basic[1:]
         if not self.continuum(x):
             return others

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,8 +30,6 @@ PITCH = r"pitch $\alpha$ (deg)"
 MOMENT = r"restoring moment $F(\alpha)$ (deg)"
 TIME = r"nondimensional time $\tau$"
 FREQUENCY_RATIO = r"frequency $\omega/\omega_\alpha$"
-
-FORMATS = (".png", ".svg", ".pdf")
 
 _RC: dict[str, Any] = {
     "font.size": 9.0,
@@ -77,13 +74,6 @@ def figure(
 
     drawing = Figure(figsize=(width, height), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **keywords)
-
-
-def save(drawing: Figure, path: Path) -> None:
-    """Write a figure as png, svg or pdf, the same bytes every time."""
-    with style():
-        metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
-        drawing.savefig(path, metadata=metadata)
 
 
 def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> None:
