@@ -5,15 +5,16 @@ A cycle through the point z with period T at speed U solves
     z(T) - z = 0            or, where the loop is odd,     z(T/2) + z = 0
     phase(z) = 0
 
-in the unknowns q = (z, ln T, U/U_ref). The flow runs from switch to switch, whatever their order,
-so the sequence of switches is an outcome and never assumed; it may change along a branch. With memory
-the phase condition puts the start where the moment falls through the loop's middle: the slider
-rests there, and every cycle on which it ever slides has such a point. Without memory the start is an
-extremum of y. Both conditions are homogeneous, so they stay where they are as a cycle grows.
+in the unknowns q = (z, ln T, U/U_ref). The flow runs from switch to switch, whatever their
+order, so the sequence of switches is an outcome and never assumed; it may change along a branch.
+With memory the phase condition puts the start where the moment falls through the loop's middle:
+the slider rests there, and every cycle on which it ever slides has such a point. Without memory
+the start is an extremum of y. Both conditions are homogeneous, so they stay where they are as a
+cycle grows.
 
 At an integrator (A x_e = 0, c x_e = 1; for the section a_h = -1/2) a loop that never meets its
-stops may sit anywhere: its cycles come in a continuum of bias. The half-period map picks the central one.
-On the full map the memory at the start is then held at `hold`.
+stops may sit anywhere: its cycles come in a continuum of bias. The half-period map picks the
+central one. On the full map the memory at the start is then held at `hold`.
 """
 
 from __future__ import annotations
