@@ -46,7 +46,7 @@ class ContinuationOptions:
     max_states
         States after which a walk stops.
     tolerance
-        Last Newton update, relative to 1 + |x|; the error is of the order of its square.
+        Last Newton update, relative to ``1 + |x|``; the error is of the order of its square.
     max_newton, aim_newton
         Iterations after which a correction has failed, and the number the step aims at.
     max_turn
