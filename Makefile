@@ -6,6 +6,9 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OUT := out
 UV ?= uv
+# The lock names every package there is to install. Left to resolve dependencies as well, pip meets
+# "coverage[toml]", takes the newest coverage for it, and then refuses it for having no hash.
+PIP_LOCKED := --quiet --disable-pip-version-check --require-hashes --no-deps
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-slow derive check-derive lint format bench docs wheel lock clean
@@ -17,8 +20,9 @@ setup: $(STAMP) ## create .venv with the locked requirements and this package in
 
 $(STAMP): requirements/dev.txt pyproject.toml setup.py
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install $(PIP_LOCKED) -r requirements/dev.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(BIN)/python -m pip check
 	@touch $@
 
 demo: setup ## flutter speed and amplitude curve of run 14, with figures and data in out/
