@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.linalg
+import scipy.optimize
 
 
 def impedance(section, a, b, speed, stiffness, p):
@@ -81,3 +82,55 @@ def crossings_by_kronecker(family, stiffness, low, high):
         ):
             found.append((float(speed), float(root.imag)))
     return found
+
+
+def loop_stiffness(amplitude, delta_v, delta_h):
+    """N of a hysteresis loop about zero: thesis eqs. 4.10-4.11, and Jenkins' loop below its range."""
+
+    def saturation(g):
+        g = np.clip(g, -1.0, 1.0)
+        return 2 / np.pi * (np.arcsin(g) + g * np.sqrt(1 - g**2))
+
+    friction, gap = delta_v / 2, min(delta_h / 2, amplitude - delta_v / 2)
+    if gap <= 0:
+        return complex(1.0)
+    parallel = 0.5 * (
+        2 - saturation((friction + gap) / amplitude) + saturation((friction - gap) / amplitude)
+    )
+    return complex(parallel, 4 * friction * gap / (np.pi * amplitude**2))
+
+
+def describing_cycle(section, a, b, delta_v, delta_h, amplitude, guess):
+    """(speed, k) of the cycle of one amplitude: det B(jk) = 0, real and imaginary part."""
+    stiffness = loop_stiffness(amplitude, delta_v, delta_h)
+
+    def residual(unknown):
+        value = np.linalg.det(impedance(section, a, b, unknown[0], stiffness, 1j * unknown[1]))
+        return [value.real, value.imag]
+
+    found, _, status, message = scipy.optimize.fsolve(residual, guess, xtol=1e-13, full_output=True)
+    assert status == 1 or max(map(abs, residual(found))) < 1e-12, message
+    return found
+
+
+def lowest_speeds(section, a, b, delta_v, delta_h, guess, top, count=400):
+    """Every local minimum (speed, amplitude) of speed over amplitude, from the smallest loop up."""
+    # Fine near the smallest loop, where the speed falls fast.
+    amplitudes = delta_v / 2 * (1 + np.geomspace(1e-6, 2 * top / delta_v, count))
+    cycles = [np.asarray(guess, dtype=float)]
+    for amplitude in amplitudes:
+        cycles.append(describing_cycle(section, a, b, delta_v, delta_h, amplitude, cycles[-1]))
+    speeds = np.array(cycles[1:])[:, 0]
+    found = []
+    for i in 1 + np.flatnonzero((speeds[1:-1] < speeds[:-2]) & (speeds[1:-1] < speeds[2:])):
+        near = cycles[i + 1]
+        best = scipy.optimize.minimize_scalar(
+            lambda size, near=near: describing_cycle(section, a, b, delta_v, delta_h, size, near)[
+                0
+            ],
+            bounds=(amplitudes[i - 1], amplitudes[i + 1]),
+            method="bounded",
+            options={"xatol": 1e-9},
+        )
+        found.append((best.fun, best.x))
+    return np.array(found)

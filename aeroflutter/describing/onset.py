@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.describing.balance import SPEED
+from aeroflutter.describing.balance import AMPLITUDE, SPEED
 from aeroflutter.describing.families import Family
 from aeroflutter.describing.result import CycleFamily, Onset
 from aeroflutter.describing.stability import stability
@@ -116,7 +116,9 @@ class _Facts:
         inside = (sides > self.ends[0]) & (sides < self.ends[1])
         beside = np.zeros(2, dtype=bool)
         if inside.any():
-            beside[inside] = self._stable(self.family.points(sides[inside])[0])
+            near, _ = self.family.points(sides[inside])
+            larger = near[:, AMPLITUDE] > y[AMPLITUDE]
+            beside[larger.astype(int)] = self._stable(near)
         A, B, U, k = (float(value) for value in self.family.balance.unpack(y))
         return Onset(
             speed=U,

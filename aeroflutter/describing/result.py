@@ -31,7 +31,7 @@ class Onset:
     stable
         Whether there are stable cycles beside it.
     beside
-        Stability of the cycles just before and just after it along the family.
+        Stability of the cycles just below and just above it in amplitude.
     family
         Number of the family.
     """

@@ -22,7 +22,7 @@ def plot_describing(result: DescribingCurve, title: str = "") -> Figure:
         _curve(curve, result)
         _distortion(distortion, result)
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure
 
 

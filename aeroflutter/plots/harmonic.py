@@ -32,7 +32,7 @@ def plot_branches(branches: Sequence[HarmonicBranch], title: str = "") -> Figure
         _curve(curve, branches)
         _multipliers(floquet, branches)
         if title:
-            figure.suptitle(title, fontsize=10)
+            look.headline(figure, title)
     return figure
 
 
@@ -56,7 +56,7 @@ def plot_waveform(branch: HarmonicBranch, index: int, title: str = "") -> Figure
         bars.set_xlabel("harmonic")
         bars.set_ylabel("amplitude over the first")
         if title:
-            figure.suptitle(title, fontsize=10)
+            look.headline(figure, title)
     return figure
 
 

@@ -31,7 +31,7 @@ def plot_loop(test: LoopTest, title: str = "", cycle: int = -1) -> Figure:
         _nyquist(axes[0, 1], test)
         _harmonics(axes[1, 1], test, chosen)
         if title:
-            figure.suptitle(title, fontsize=10)
+            look.headline(figure, title)
     return figure
 
 

@@ -62,7 +62,7 @@ def plot_map(
         _mark(axes, marks or {})
         axes[0].set_ylabel(LABELS.get(found.grid.y.key, found.grid.y.key))
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure
 
 
@@ -166,7 +166,7 @@ def plot_sweep(found: SweepResult, title: str = "") -> Figure:
             panel.set_xlabel(SWEEP_PANELS[name])
         axes[0][0].set_ylabel("sections")
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure
 
 

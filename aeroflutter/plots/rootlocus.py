@@ -28,7 +28,7 @@ def plot_root_locus(result: RootLocus, title: str = "") -> Figure:
         if handles:
             axes[1].legend(handles, labels, loc="best")
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure
 
 

@@ -36,5 +36,5 @@ def plot_spring(
         gain.set_title("describing function")
         gain.legend()
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure

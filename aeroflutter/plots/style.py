@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,6 +75,12 @@ def figure(
 
     drawing = Figure(figsize=(width, height), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **keywords)
+
+
+def headline(drawing: Figure, text: str) -> None:
+    """The title of a whole figure, on as many lines as its width makes of it."""
+    per_line = int(11 * drawing.get_figwidth())
+    drawing.suptitle("\n".join(wrap(text, per_line)), fontsize=10.5)
 
 
 def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> None:

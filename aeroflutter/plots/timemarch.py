@@ -51,7 +51,7 @@ def plot_response(response: Response, kind: str = "overview", title: str = "") -
         figure, axes = look.figure(rows, 1, width=width, height=height, sharex=rows > 1)
         draw(np.atleast_1d(axes), response)
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure
 
 
@@ -67,7 +67,7 @@ def plot_overview(response: Response, title: str = "") -> Figure:
         for column, draw in enumerate((_spring_path, _phase_plane, _spectrum, _poincare)):
             draw(np.array([figure.add_subplot(grid[2, column])]), response)
         if title:
-            figure.suptitle(title)
+            look.headline(figure, title)
     return figure
 
 
