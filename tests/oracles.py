@@ -85,7 +85,7 @@ def crossings_by_kronecker(family, stiffness, low, high):
 
 
 def loop_stiffness(amplitude, delta_v, delta_h):
-    """N of a hysteresis loop about zero: thesis eqs. 4.10-4.11, and Jenkins' loop below its range."""
+    """N of a hysteresis loop about zero: the thesis's formula, Jenkins' loop below it."""
 
     def saturation(g):
         g = np.clip(g, -1.0, 1.0)

@@ -113,8 +113,10 @@ def test_every_family_is_found(spring, section):
 
 @pytest.mark.parametrize(
     ("run", "count"),
-    [("run6", 2), ("run10", 1), ("run14", 1), ("run15", 1), ("run16", 2)]
-    + [("run101", 1), ("run102", 1), ("run103", 1), ("run111", 1)],
+    [
+        *(("run6", 2), ("run10", 1), ("run14", 1), ("run15", 1), ("run16", 2)),
+        *(("run101", 1), ("run102", 1), ("run103", 1), ("run111", 1)),
+    ],
 )
 def test_minima_of_the_speed_to_1e_8(run, count):
     """Against a minimiser over amplitude of the printed equations, which shares no code with ours.
@@ -279,6 +281,15 @@ def test_what_makes_no_curve_is_refused():
         describing_intersections(system, Freeplay(1.0, 0.3))
     with pytest.raises(InputError, match="points"):
         DescribingOptions(points=1)
+
+
+def test_a_curve_without_cycles_says_so():
+    """Mass centre ahead of the axis: no flutter at any stiffness, so no cycle either."""
+    ahead = SectionFamily(TypicalSection(omega_bar=0.8, x_alpha=-0.1))
+    curve = describing_curve(ahead, Hysteresis(1.0, 0.2))
+    assert curve.onset is None
+    assert curve.families == ()
+    assert "no limit cycle of any amplitude between" in curve.notes[0]
 
 
 def test_curve_as_a_dataset():

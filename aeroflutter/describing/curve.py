@@ -128,6 +128,9 @@ class _Search:
             self.families += new
             self.notes += [f"a family could not be followed from {line}" for line in lost]
         self.families.sort(key=lambda one: one.lowest())
+        if not self.families:
+            low, high = self.speeds
+            self.notes.append(f"no limit cycle of any amplitude between U* = {low:g} and {high:g}")
 
     def _grid(self) -> Array:
         return np.geomspace(*self.speeds, self.options.scan_speeds)
