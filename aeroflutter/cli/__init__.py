@@ -27,6 +27,8 @@ COMMANDS = {
     "validate": "Check a case file and say what it describes.",
     "rootlocus": "Linear flutter and divergence: roots against airspeed.",
     "df": "Limit cycles by describing functions: amplitude against airspeed.",
+    "lco": "Every limit cycle, stable or not, exactly; bifurcations located.",
+    "tolerance": "The largest gap, or least friction, that keeps limit cycles small.",
     "spring": "The spring's path under a prescribed motion, and its describing function.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
     "map": "Flutter maps: how the motion ends over airspeed and initial pitch.",

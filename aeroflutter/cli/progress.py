@@ -79,3 +79,18 @@ class _Lines:
             file=sys.stderr,
             flush=True,
         )
+
+
+@contextlib.contextmanager
+def counting(unit: str) -> Iterator[Callable[[object], None]]:
+    """Something to call with every result of a search of unknown length: counts them on stderr."""
+    count, then = 0, time.monotonic() + FIRST
+
+    def tick(_: object) -> None:
+        nonlocal count, then
+        count += 1
+        if time.monotonic() > then:
+            then = time.monotonic() + OFTEN
+            print(f"{count:,} {unit} so far", file=sys.stderr, flush=True)
+
+    yield tick

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +35,13 @@ class Family:
     strands: tuple[Strand, ...]
     places: tuple[Place, ...]
     facts: CycleFamily
+
+    def steps(self) -> Iterator[tuple[Place, Place]]:
+        """Neighbours of one leg as they were walked."""
+        for strand in self.strands:
+            for one, other in zip(strand.places[:-1], strand.places[1:], strict=True):
+                if one.leg is other.leg:
+                    yield one, other
 
     def marked(self, *kinds: str) -> list[Place]:
         """Places where one of these happens."""

@@ -28,7 +28,7 @@ from aeroflutter.cycles.result import Cycle
 from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.errors import ConvergenceError
 
-__all__ = ["BACK", "Place", "Strand", "at_speed", "between", "crossing", "follow", "same"]
+__all__ = ["BACK", "Place", "Strand", "between", "crossing", "follow", "meeting", "same"]
 
 Array = NDArray[np.float64]
 
@@ -185,8 +185,10 @@ def _corner(leg: Leg, strand: Strand) -> tuple[Array, Array] | None:
         strand.places.pop()  # beyond the corner, where Newton's method only seemed to converge
     near = strand.end.at - _COINCIDE
     before = next((p for p in reversed(strand.places) if p.leg is leg and p.at < near), None)
-    found = before and turned(leg, strand.end.state, leg.switches(before.state.x))
-    if before and found:
+    if before is None:
+        return None
+    found = turned(leg, strand.end.state, leg.switches(before.state.x))
+    if found is not None:
         reverses = found[1][-1] * (strand.end.state.x - before.state.x)[-1] < 0
         strand.places[-1] = replace(strand.end, kind="corner" if reverses else "grazing")
     return found
@@ -233,15 +235,19 @@ def _named(leg: Leg, stop: str) -> str:
 
 def crossing(leg: Leg, old: State, new: State, cycle: Cycle) -> bool:
     """Whether the curve passes through a known cycle between two states of a leg."""
-    speed = cycle.speed / leg.shooting.reference
+    periods = old.x[-2], new.x[-2]
+    if not min(periods) - 0.1 < np.log(cycle.period) < max(periods) + 0.1:
+        return False
+    found = meeting(leg, old, new, cycle.speed / leg.shooting.reference)
+    return found is not None and same(found[1], cycle)
+
+
+def meeting(leg: Leg, old: State, new: State, speed: float) -> tuple[Array, Cycle] | None:
+    """The cycle at a speed (over the reference) between two states of a leg, None if none."""
     span = new.x[-1] - old.x[-1]
     if span == 0 or not -1e-9 <= (speed - old.x[-1]) / span <= 1 + 1e-9:
-        return False
-    guess = old.x + (new.x - old.x) * ((speed - old.x[-1]) / span)
-    if abs(guess[-2] - np.log(cycle.period)) > 0.1:
-        return False
-    found = at_speed(leg, guess, speed)
-    return found is not None and same(found[1], cycle)
+        return None
+    return at_speed(leg, old.x + (new.x - old.x) * ((speed - old.x[-1]) / span), speed)
 
 
 def at_speed(leg: Leg, guess: Array, speed: float) -> tuple[Array, Cycle] | None:

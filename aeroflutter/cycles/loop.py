@@ -113,7 +113,7 @@ class Flow:
         """The motion from z over a duration, sampled uniformly, with its extrema and switches."""
         n = self.b.size
         x, memory = z[:n].copy(), float(z[n]) if z.size > n else 0.0
-        times = np.arange(samples) * (duration / samples)
+        times: Array = np.arange(samples, dtype=np.float64) * (duration / samples)
         states, springs = np.empty((samples, n)), np.empty((samples, 2))
         events = np.empty((_EVENTS, kernel.EVENT_COLUMNS))
         turns = np.empty((_EVENTS, kernel.TURN_COLUMNS))

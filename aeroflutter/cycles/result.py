@@ -158,6 +158,8 @@ class LimitCycles:
         The lowest cycle of all, and the lowest stable one; None where there is none.
     speed_range
         Speeds U* over which cycles were followed.
+    odd
+        Whether the loop is odd, about its centre: the mirror image of every cycle is one, too.
     notes
         What a reader should know: seeds that led nowhere, why there are no cycles.
     """
@@ -167,6 +169,7 @@ class LimitCycles:
     onset: CycleOnset | None
     stable_onset: CycleOnset | None
     speed_range: tuple[float, float]
+    odd: bool
     notes: tuple[str, ...] = ()
 
     @property

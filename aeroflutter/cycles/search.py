@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.cycles.assemble import Family, assemble, lowest
 from aeroflutter.cycles.centre import centre
-from aeroflutter.cycles.follow import BACK, Place, Strand, crossing, follow
+from aeroflutter.cycles.follow import BACK, Place, Strand, crossing, follow, meeting, same
 from aeroflutter.cycles.loop import Loop
 from aeroflutter.cycles.measure import Frame, cycle_at
 from aeroflutter.cycles.options import CycleOptions
@@ -116,20 +116,38 @@ class Search:
         )
 
     @property
-    def _largest(self) -> float:
+    def largest(self) -> float:
+        """Largest amplitude followed, radians."""
         return self.options.largest * self.frame.loop.spring.scale
 
-    def run(self) -> None:
-        """Follow every family that a seed leads to, then what branches from them."""
+    def run(self, speed: float | None = None) -> None:
+        """Follow every family that a seed leads to, then what branches from them.
+
+        Parameters
+        ----------
+        speed
+            Speed U* at which the exact engine is to look for cycles as well.
+        """
         if isinstance(self.frame.loop.spring, Linear):
             self.notes.append("the spring is linear: it has no limit cycles")
             return
         for seed in self._describing_seeds():
             self.try_seed(seed)
         if self.options.simulations:
-            for seed in self._simulated_seeds():
+            for seed in self._simulated_seeds(speed):
                 self.try_seed(seed)
         self._branch()
+
+    def at(self, speed: float) -> tuple[Cycle, ...]:
+        """The cycles of all families at one speed U*, by amplitude."""
+        ratio = speed / self.frame.reference
+        found: list[Cycle] = []
+        for family in self.families:
+            for one, other in family.steps():
+                hit = meeting(one.leg, one.state, other.state, ratio)
+                if hit is not None and not any(same(hit[1], cycle) for cycle in found):
+                    found.append(replace(hit[1], family=family.facts.number))
+        return tuple(sorted(found, key=lambda cycle: cycle.amplitude))
 
     def result(self) -> LimitCycles:
         """What was found."""
@@ -141,6 +159,7 @@ class Search:
             onset=lowest([one.onset for one in facts]),
             stable_onset=lowest([one.stable_onset for one in facts]),
             speed_range=(low * self.frame.reference, high * self.frame.reference),
+            odd=self.frame.centre.odd,
             notes=tuple(self.notes),
         )
 
@@ -154,13 +173,14 @@ class Search:
             symmetric = self.frame.centre.odd and bias == 0.0
             yield _Seed(z, 2 * np.pi / k, speed, symmetric, "describing function")
 
-    def _simulated_seeds(self) -> Iterator[_Seed]:
+    def _simulated_seeds(self, speed: float | None) -> Iterator[_Seed]:
         low, high = self.options.limits(self.frame)
         top = min(high, 0.995) if self.frame.flutter else high
         scale = self.frame.loop.spring.scale
         amplitudes = scale * np.geomspace(*_AMPLITUDES, self.options.simulations)
-        for ratio in np.linspace(low, top, _SPEEDS):
-            yield from self.simulated(float(ratio * self.frame.reference), amplitudes)
+        speeds = [float(ratio * self.frame.reference) for ratio in np.linspace(low, top, _SPEEDS)]
+        for one in speeds if speed is None else [speed, *speeds]:
+            yield from self.simulated(one, amplitudes)
 
     def simulated(self, speed: float, amplitudes: Array) -> Iterator[_Seed]:
         """The attracting cycles at a speed that motions from some initial y end on."""
@@ -178,7 +198,7 @@ class Search:
         try:
             shooting, q = converged(self.frame, seed.z, seed.period, seed.speed, seed.symmetric)
             cycle = cycle_at(self.frame, shooting, q)
-            if cycle.amplitude > self._largest or self.known(cycle):
+            if cycle.amplitude > self.largest or self.known(cycle):
                 return
             half = -1.0 if self.frame.centre.odd and not shooting.symmetric else None
             ahead = follow(self.frame, shooting, q, None, self.options, half=half, watch=self.watch)
@@ -209,9 +229,7 @@ class Search:
         return any(
             crossing(one.leg, one.state, other.state, cycle)
             for family in self.families
-            for strand in family.strands
-            for one, other in zip(strand.places[:-1], strand.places[1:], strict=True)
-            if one.leg is other.leg
+            for one, other in family.steps()
         )
 
     # --- branch switching ----------------------------------------------------------------------

@@ -1,0 +1,143 @@
+"""What `aeroflutter lco --plot` draws over the branch: describing function, simulation, points."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from aeroflutter.cli.common import numbers
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from aeroflutter.case import Case
+    from aeroflutter.plots.cycles import Overlay
+
+__all__ = ["overlays", "read_points"]
+
+_PITCHES = (0.6, 12.0)  # initial pitch of the simulations, in units of the spring's scale
+_MOTIONS = 8
+
+
+def overlays(
+    case: Case, *, plot: bool, df: bool, simulate: str | None, points_csv: Path | None
+) -> Callable[[], list[Overlay]]:
+    """What to draw, checked now and computed when it is called.
+
+    Raises
+    ------
+    InputError
+        If nothing is drawn, a range is malformed or the file cannot be used.
+    """
+    if not plot and (df or simulate is not None or points_csv is not None):
+        raise InputError("--df, --simulate, --points-csv: only add to a figure; give --plot FILE")
+    ready = [] if points_csv is None else [read_points(points_csv, _flutter(case))]
+    ratios = None if simulate is None else numbers("--simulate", simulate)
+    if ratios is not None and not (ratios > 0).all():
+        raise InputError("--simulate: every speed ratio must be positive")
+
+    def compute() -> list[Overlay]:
+        found = [_describing(case)] if df else []
+        if ratios is not None:
+            found += _simulated(case, ratios * (_flutter(case) or 1.0))
+        return found + ready
+
+    return compute
+
+
+def read_points(path: Path, flutter: float | None) -> Overlay:
+    """Points of a CSV file with columns `amplitude_deg` and `speed_ratio` or `speed`.
+
+    Parameters
+    ----------
+    path
+        The file; its first line names the columns, others are ignored.
+    flutter
+        U*_L, to turn speed ratios into speeds.
+
+    Raises
+    ------
+    InputError
+        If the file is not there, lacks a column, or holds something that is not a number.
+    """
+    import numpy as np
+
+    from aeroflutter.plots.cycles import Overlay
+
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.DictReader(file, skipinitialspace=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"--points-csv {path}: cannot be read: {error}") from None
+    if not rows:
+        raise InputError(f"--points-csv {path}: has no rows under its heading")
+    name = "speed" if "speed" in rows[0] else "speed_ratio"
+    missing = [column for column in (name, "amplitude_deg") if column not in rows[0]]
+    if missing:
+        raise InputError(
+            f"--points-csv {path}: lacks the column {' and '.join(missing)}; its first line must "
+            "name amplitude_deg and speed_ratio or speed"
+        )
+    try:
+        speed = np.array([float(row[name]) for row in rows])
+        amplitude = np.array([float(row["amplitude_deg"]) for row in rows])
+    except (TypeError, ValueError) as error:
+        raise InputError(f"--points-csv {path}: {error}") from None
+    if name == "speed_ratio":
+        if flutter is None:
+            raise InputError(
+                f"--points-csv {path}: speed_ratio has nothing to refer to, there is no linear "
+                "flutter speed; give the column speed"
+            )
+        speed = speed * flutter
+    return Overlay(path.stem, "points", speed, np.radians(amplitude))
+
+
+def _flutter(case: Case) -> float | None:
+    from aeroflutter.rootlocus import flutter_speed
+
+    return flutter_speed(case.family())
+
+
+def _describing(case: Case) -> Overlay:
+    from aeroflutter.describing import describing_curve
+    from aeroflutter.plots.cycles import Overlay
+
+    curve = describing_curve(case.family(), case.spring)
+    return Overlay(
+        "describing function", "curve", curve.speed, curve.amplitude, curve.stable, curve.family
+    )
+
+
+def _simulated(case: Case, speeds: NDArray[np.float64]) -> list[Overlay]:
+    """How motions from several initial pitches end at each speed, by the exact engine."""
+    import numpy as np
+
+    from aeroflutter.plots.cycles import Overlay
+    from aeroflutter.timemarch.endstates import EndOptions, end_states
+    from aeroflutter.timemarch.prepared import Prepared
+    from aeroflutter.timemarch.response import STATES
+
+    family, spring = case.family(), case.spring
+    pitches = sum(spring.span()) / 2 + spring.scale * np.geomspace(*_PITCHES, _MOTIONS)
+    c = family.c
+    found: dict[str, list[tuple[float, float]]] = {"lco": [], "aperiodic": []}
+    for speed in speeds:
+        prepared = Prepared.of(family.at(float(speed)), spring)
+        memory = prepared.spring.initial_memory(pitches)
+        ends = end_states(
+            prepared, pitches[:, None] * c / (c @ c), memory, EndOptions(patience=10), share=True
+        )
+        for state, amplitude in zip(ends.state, ends.amplitude, strict=True):
+            if STATES[state] in found:
+                found[STATES[state]].append((float(speed), float(amplitude)))
+    names = {"lco": "simulated", "aperiodic": "simulated, aperiodic"}
+    return [
+        Overlay(names[state], "points", *np.unique(pairs, axis=0).T)
+        for state, pairs in found.items()
+        if pairs
+    ]
