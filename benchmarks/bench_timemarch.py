@@ -153,15 +153,14 @@ def _scipy(cell: tuple) -> float:
             events += [_event(c, h + SPRING.v2, -1)] if h > SPRING.h_low else []
         slope, offset = (1.0, -h) if flat is None else (0.0, flat)
         closed, push = A - slope * np.outer(b, c), b * offset
-        leg = solve_ivp(
-            lambda t, z, closed=closed, push=push: closed @ z - push,
-            (time, SCIPY_TAU),
-            x,
-            "DOP853",
-            events=events,
-            rtol=1e-9,
-            atol=1e-12,
-        )
+
+        def rate(_: float, z: np.ndarray, closed=closed, push=push) -> np.ndarray:
+            return closed @ z - push
+
+        # A short leg leaves the switch behind before the next one is looked for.
+        options = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-12}
+        clear = solve_ivp(rate, (time, time + 1e-7), x, **options)
+        leg = solve_ivp(rate, (time + 1e-7, SCIPY_TAU), clear.y[:, -1], events=events, **options)
         time, x = float(leg.t[-1]), leg.y[:, -1]
         h = float(SPRING.advance(h, c @ x))
     return process_time() - begun

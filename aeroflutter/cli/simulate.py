@@ -39,7 +39,8 @@ def simulate(
     engine: Annotated[
         Literal["auto", "exact", "houbolt"],
         Parameter(
-            help="auto is exact for cubic springs (DOP853), houbolt for piecewise-linear ones."
+            help="auto is exact: matrix exponentials from switch to switch, or DOP853 for cubic "
+            "springs."
         ),
     ] = "auto",
     dt: Annotated[
@@ -47,7 +48,10 @@ def simulate(
     ] = 0.1,
     duration: Annotated[
         float | None,
-        Parameter(help="Longest time in tau (default 20000); a run ends once its end is certain."),
+        Parameter(
+            help="Longest time in tau; a run ends once its end is certain. By default 20000, and "
+            "as long as it takes with exact on piecewise-linear springs."
+        ),
     ] = None,
     thesis: Annotated[
         bool,
@@ -154,10 +158,10 @@ class _Run:
 
     def continued(self, settings: SimulateOptions, duration: float | None) -> _Run:
         """The same run, marched on past its decision so that there is something to see."""
-        length = settings.duration
+        length = settings.limit
         if duration is None and settings.criteria != "thesis":
             steady = 40.0 * self.response.period if self.response.state == "lco" else 0.0
-            length = min(length, max(2.0 * self.response.duration, steady, 400.0 * settings.dt))
+            length = min(length, max(2.0 * self.response.duration, steady, 5000.0 * settings.dt))
         part = replace(settings, duration=length, decide=False)
         return _single(self.case, self.start, part, self.speed, self.flutter)
 

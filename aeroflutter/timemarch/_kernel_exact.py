@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from aeroflutter.timemarch._kernel_exact_roots import (
     NEVER,
     ROWS,
+    Y,
     extent,
     first_beyond,
     first_turn,
@@ -205,14 +206,21 @@ def event(w: Array, low: float, high: float, direction: int, tolerance: float) -
         y over the step in rows Y and Y_POWER.
     low, high, direction
         The window of the mode.
+
+    Notes
+    -----
+    A mode begins within its window. What y exceeds an edge by at the start is round-off of the
+    step before, on another piece, and no event unless y goes on outwards.
     """
     least, most = extent(w)
     at, kind = NEVER, NONE
-    if most > high + tolerance:
-        at = first_beyond(w, 1, high, tolerance)
+    excess = max(tolerance, 2.0 * (w[Y, 0] - high))
+    if most > high + excess:
+        at = first_beyond(w, 1, high, excess)
         kind = HIGH
-    if least < low - tolerance:
-        place = first_beyond(w, -1, low, tolerance)
+    excess = max(tolerance, 2.0 * (low - w[Y, 0]))
+    if least < low - excess:
+        place = first_beyond(w, -1, low, excess)
         if place < at:
             at, kind = place, LOW
     if direction != 0 and not monotone(w, direction, 2.0 * tolerance):

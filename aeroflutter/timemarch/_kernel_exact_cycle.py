@@ -433,8 +433,23 @@ def find_cycle(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _norm(P: Array, v: Array) -> float:
-    return np.sqrt(max(0.0, v @ (P @ v)))
+def _apart(cycles: Cycles, j: int, points: Array, k: int, before: int) -> tuple[float, float]:
+    """Distance of return k from cycle j, and from where the linear map puts return `before`."""
+    z, size, P, Q = cycles.z[j], cycles.size[j], cycles.P[j], cycles.Q[j]
+    m = z.size
+    away = np.empty(m)
+    miss = np.empty(m)
+    for i in range(m):
+        away[i] = (points[k % RING, i] - z[i]) / size[i]
+        miss[i] = away[i]
+        for n in range(m):
+            miss[i] -= Q[i, n] * (points[before % RING, n] - z[n]) / size[n]
+    far, off = 0.0, 0.0
+    for i in range(m):
+        for n in range(m):
+            far += away[i] * P[i, n] * away[n]
+            off += miss[i] * P[i, n] * miss[n]
+    return np.sqrt(max(far, 0.0)), np.sqrt(max(off, 0.0))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -463,26 +478,24 @@ def attracted(cycles: Cycles, j: int, points: Array, k: int) -> bool:
     lag = cycles.loops[j]
     if k < 2 * lag:
         return False
-    z, size = cycles.z[j], cycles.size[j]
-    m = z.size
     near = offset(cycles, j, points[k % RING])
     if not near < NEAR:
         return False
-    now, before, first = np.empty(m), np.empty(m), np.empty(m)
-    for i in range(m):
-        now[i] = (points[k % RING, i] - z[i]) / size[i]
-        before[i] = (points[(k - lag) % RING, i] - z[i]) / size[i]
-        first[i] = (points[(k - 2 * lag) % RING, i] - z[i]) / size[i]
     if cycles.free[j]:
-        late, early = np.max(np.abs(now - before)), np.max(np.abs(before - first))
-        return late < 1e-10 or (late < 0.5 * early and late < ARRIVED)
+        late, early = 0.0, 0.0
+        for i in range(points.shape[1]):
+            size = cycles.size[j, i]
+            step = points[k % RING, i] - points[(k - lag) % RING, i]
+            late = max(late, abs(step) / size)
+            step = points[(k - lag) % RING, i] - points[(k - 2 * lag) % RING, i]
+            early = max(early, abs(step) / size)
+        return late < 0.1 * ARRIVED or (late < 0.5 * early and late < ARRIVED)
     if near < ARRIVED:
-        return np.max(np.abs(before)) < NEAR
-    P, Q, rho = cycles.P[j], cycles.Q[j], cycles.rho[j]
-    slack = 0.5 * (1.0 - rho)
-    far, mid, close_by = _norm(P, first), _norm(P, before), _norm(P, now)
-    return (
-        close_by < mid < far
-        and _norm(P, before - Q @ first) <= slack * far
-        and _norm(P, now - Q @ before) <= slack * mid
-    )
+        return offset(cycles, j, points[(k - lag) % RING]) < NEAR
+    slack = 0.5 * (1.0 - cycles.rho[j])
+    late, late_miss = _apart(cycles, j, points, k, k - lag)
+    early, early_miss = _apart(cycles, j, points, k - lag, k - 2 * lag)
+    if not (late < early and late_miss <= slack * early):
+        return False
+    first, _ = _apart(cycles, j, points, k - 2 * lag, k - 2 * lag)
+    return early < first and early_miss <= slack * first

@@ -69,7 +69,14 @@ from aeroflutter.timemarch._kernel_exact_proofs import (
     certain,
     rest_of,
 )
-from aeroflutter.timemarch._kernel_exact_roots import NEVER, Y_POWER, Y, first_turn, monotone
+from aeroflutter.timemarch._kernel_exact_roots import (
+    NEVER,
+    Y_POWER,
+    Y,
+    first_turn,
+    heading,
+    monotone,
+)
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array, Tables
 
 # Columns of the numbers that `settle` reports.
@@ -121,7 +128,7 @@ class History(NamedTuple):
     times
         (RING,).
     tries
-        Relative distance of two returns so many maxima apart at which Newton is tried next.
+        Relative distance of two returns at which Newton is tried next, (1,).
     peaks, troughs, misses
         y of the maxima, of the lowest minimum before each, and how far each maximum was from the
         nearest before it: a ring of as many as are judged together, (cycles,).
@@ -147,23 +154,13 @@ def history(n: int, cycles: int) -> History:
     return History(
         np.zeros((RING, n + 1)),
         np.zeros(RING),
-        np.full(MOST_LOOPS + 1, RECURS),
+        np.full(1, RECURS),
         np.zeros(cycles),
         np.zeros(cycles),
         np.zeros(cycles),
         np.zeros(n + 1),
         np.zeros(n + 1),
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def heading(w: Array, tolerance: float) -> int:
-    """Sign of the first change of y in a step that is more than round-off, or 0."""
-    for k in range(DEGREE):
-        rise = w[Y, k + 1] - w[Y, k]
-        if abs(rise) > tolerance:
-            return 1 if rise > 0.0 else -1
-    return 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -290,8 +287,8 @@ def search(problem: Problem, past: History, k: int, span: float, own: Cycles) ->
         for i in range(here.size):
             away = abs(here[i] - past.points[before, i])
             miss = max(miss, away / past.size[i] if away > 0.0 else 0.0)
-        if miss < past.tries[lag]:
-            past.tries[lag] = 0.25 * miss
+        if miss < past.tries[0]:
+            past.tries[0] = 0.25 * miss
             period = past.times[k % RING] - past.times[before]
             found = find_cycle(tables, law, here, period, lag, past.size, span, own)
             if found == ATTRACTS or (found == INDIFFERENT and miss < EXACT):

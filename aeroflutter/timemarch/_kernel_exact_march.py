@@ -32,13 +32,12 @@ from aeroflutter.timemarch._kernel_exact import (
     workspace,
 )
 from aeroflutter.timemarch._kernel_exact_roots import (
+    NEVER,
     Y_POWER,
     Y,
     first_turn,
+    heading,
     monotone,
-)
-from aeroflutter.timemarch._kernel_exact_roots import (
-    evaluate as polynomial,
 )
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, WIDTH, Array, Tables
 
@@ -67,29 +66,6 @@ def evaluate(coefficients: Array, s: float, states: Array, row: int) -> None:
     for k in range(DEGREE - 1, -1, -1):
         for i in range(states.shape[1]):
             states[row, i] = states[row, i] * s + coefficients[k, i]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def note_turns(
-    w: Array, tolerance: float, time: float, step: float, s_end: float, turns: Array, memo: Index
-) -> None:
-    """Log the extrema of y within [0, s_end] of a step; `memo[TREND]` is the sign of y'."""
-    trend = memo[TREND]
-    if trend == 0:
-        for k in range(DEGREE):
-            rise = w[Y, k + 1] - w[Y, k]
-            if abs(rise) > tolerance:
-                trend = 1 if rise > 0.0 else -1
-                break
-    if trend != 0 and not monotone(w, trend, tolerance):
-        at = first_turn(w, trend, 0.0, tolerance)
-        while at <= s_end:
-            row = turns[memo[TURNS]]
-            row[0], row[1], row[2] = time + at * step, polynomial(w, Y_POWER, at), trend
-            memo[TURNS] += 1
-            trend = -trend
-            at = first_turn(w, trend, at, tolerance)
-    memo[TREND] = trend
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -123,7 +99,8 @@ def march(
     events
         Filled with the switches, (.., EVENT_COLUMNS).
     turns
-        Filled with the extrema of y, (.., TURN_COLUMNS); none are looked for if it is empty.
+        Filled with the extrema of y, (.., TURN_COLUMNS); none are looked for if it is empty. A
+        step ends at each, as in `_kernel_exact_ends.settle`: both make the very same motion.
     memo
         (5,): counts of samples, events and turns so far, sign of y', switches without progress.
 
@@ -142,10 +119,9 @@ def march(
         mode, h = start(law, h, output(c, xs, 0))
     p, u, low, high, direction = window(law, mode, h)
     status = DONE
+    turns_wanted = turns.shape[0] > 0
     while t < end:
-        if memo[EVENTS] >= events.shape[0] or (
-            turns.shape[0] > 0 and memo[TURNS] + DEGREE > turns.shape[0]
-        ):
+        if memo[EVENTS] >= events.shape[0] or (turns_wanted and memo[TURNS] >= turns.shape[0]):
             status = FULL
             break
         xs[now, n] = u
@@ -154,18 +130,24 @@ def march(
             status = OVERFLOW
             break
         step = tables.step[p]
-        s, kind = 1.0, NONE
-        turns_wanted = turns.shape[0] > 0
-        if turns_wanted or not clear(w, low, high, direction):
+        s, kind, turns_here = 1.0, NONE, False
+        trend = memo[TREND]
+        quiet = not turns_wanted or (trend != 0 and monotone(w, trend, 0.0))
+        if not (quiet and clear(w, low, high, direction)):
             combine(tables.power, p, xs, now, w, Y_POWER)
             tolerance = round_off(tables.noise, p, xs, now, law.size)
             s, kind = event(w, low, high, direction, tolerance)
+            if turns_wanted:
+                trend = heading(w, 2.0 * tolerance) if trend == 0 else trend
+                at = first_turn(w, trend, 0.0, 2.0 * tolerance) if trend != 0 else NEVER
+                turns_here = at <= min(s, 1.0)
+                if at < s:
+                    s, kind = at, NONE
             s = min(s, 1.0)
         after = t + s * step
         if after > end:
-            s, kind, after = min((end - t) / step, 1.0), NONE, end
-        if turns_wanted:
-            note_turns(w, 2.0 * tolerance, t, step, s, turns, memo)
+            s, kind, after, turns_here = min((end - t) / step, 1.0), NONE, end, False
+        memo[TREND] = trend
         sample = memo[SAMPLES]
         if sample < times.size and times[sample] <= after:
             state_polynomial(tables.flow, p, xs, now, coefficients)
@@ -184,6 +166,11 @@ def march(
         now = 1 - now
         memo[ZERO_STEPS] = memo[ZERO_STEPS] + 1 if after == t else 0
         t = after
+        if turns_here:
+            row = turns[memo[TURNS]]
+            row[0], row[1], row[2] = t, output(c, xs, now), trend
+            memo[TURNS] += 1
+            memo[TREND] = -trend
         if kind != NONE:
             y = output(c, xs, now)
             row = events[memo[EVENTS]]

@@ -54,6 +54,16 @@ def monotone(w: Array, direction: int, tolerance: float) -> bool:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def heading(w: Array, tolerance: float) -> int:
+    """Sign of the first change of y in a step that is more than round-off, or 0."""
+    for k in range(DEGREE):
+        rise = w[Y, k + 1] - w[Y, k]
+        if abs(rise) > tolerance:
+            return 1 if rise > 0.0 else -1
+    return 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def evaluate(w: Array, row: int, s: float) -> float:
     """A polynomial of WIDTH power coefficients, as four interleaved Horner schemes."""
     s2 = s * s

@@ -21,7 +21,7 @@ from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, adv
 from aeroflutter.timemarch._kernel_houbolt import march as march_kernel
 from aeroflutter.timemarch._kernel_settle import extent, turning_points
 from aeroflutter.timemarch.houbolt_scheme import Scheme
-from aeroflutter.timemarch.response import Response, traces
+from aeroflutter.timemarch.response import MOST_SAMPLES, Response, traces
 from aeroflutter.timemarch.settling import OVERFLOW, Verdict, Watch, closed_slopes, period_range
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 __all__ = ["march"]
 
 STEPS_A_PERIOD = 8  # fewer do not resolve an oscillation at all
-MOST_SAMPLES = 2_000_000
 PERIODS_A_WINDOW = 4
 LEAST_WINDOW = 4000  # steps; the buffers then stay in the cache, and the looks cost little
 RECURRENCE = 2e-3  # switches fall anywhere within a step, so a cycle never repeats exactly
@@ -180,7 +179,7 @@ class _Run:
     ) -> None:
         self.system, self.spring, self.scheme, self.options = system, spring, scheme, options
         self.law = spring_law(spring)
-        self.total = int(np.ceil(options.duration / options.dt - 1e-9))
+        self.total = int(np.ceil(options.limit / options.dt - 1e-9))
         self.window = int(np.clip(window / options.dt, LEAST_WINDOW, 100_000))
         start, states = _Buffers.start(scheme, self.law, system, state, memory)
         self.buffers = start.grown(self.window)

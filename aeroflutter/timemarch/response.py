@@ -45,6 +45,8 @@ State = Literal["damped", "lco", "aperiodic", "divergent", "undecided"]
 STATES: tuple[State, ...] = ("damped", "lco", "aperiodic", "divergent", "undecided")
 ENGINES = ("auto", "exact", "houbolt")
 CRITERIA = ("scale-free", "thesis")
+DURATION = 20_000.0  # τ, where none is given
+MOST_SAMPLES = 2_000_000  # kept of one march; longer ones are sampled more sparsely
 MOTION = ("alpha", "alpha_rate", "xi", "xi_rate")
 
 
@@ -140,11 +142,11 @@ class SimulateOptions:
     Parameters
     ----------
     engine
-        "houbolt"; "exact", which runs springs without linear pieces on DOP853 under the same
-        criteria and refuses piecewise-linear ones, for which there is no exact engine yet; or
-        "auto": exact where there is one, Houbolt's scheme elsewhere.
+        "houbolt"; "exact" or "auto": matrix exponentials for springs that are piecewise linear or
+        simplify to one, DOP853 under the same criteria for cubic ones.
     duration
-        Longest time to march, τ.
+        Longest time to march, τ; None is 20 000, and as long as it takes for the exact engine that
+        may stop at its decision.
     dt
         Houbolt's step; for the other engines only the spacing of the samples.
     criteria
@@ -172,7 +174,7 @@ class SimulateOptions:
     """
 
     engine: str = "auto"
-    duration: float = 20_000.0
+    duration: float | None = None
     dt: float = 0.1
     criteria: str = "scale-free"
     decide: bool = True
@@ -188,19 +190,25 @@ class SimulateOptions:
             problems.append(f"engine: {self.engine!r} is unknown; one of {', '.join(ENGINES)}")
         if self.criteria not in CRITERIA:
             problems.append(f"criteria: {self.criteria!r} is unknown; one of {', '.join(CRITERIA)}")
-        for name in ("duration", "dt", "growth"):
+        for name in ("dt", "growth"):
             problems += _not_positive(name, getattr(self, name))
-        if self.step_cap is not None:
-            problems += _not_positive("step_cap", self.step_cap)
+        for name in ("duration", "step_cap"):
+            if getattr(self, name) is not None:
+                problems += _not_positive(name, getattr(self, name))
         if self.cycles < 1:
             problems.append(f"cycles: {self.cycles!r} is less than one; give a whole number above")
-        if not problems and 4 * self.dt > self.duration:
+        if not problems and 4 * self.dt > self.limit:
             problems.append(
                 f"dt: {self.dt!r} leaves fewer than four steps in a duration of "
-                f"{self.duration!r}; take a smaller dt or a longer duration"
+                f"{self.limit!r}; take a smaller dt or a longer duration"
             )
         if problems:
             raise InputError(problems)
+
+    @property
+    def limit(self) -> float:
+        """Time after which a march ends that nothing else has ended, τ."""
+        return DURATION if self.duration is None else self.duration
 
     @classmethod
     def thesis(cls, **changes: Any) -> SimulateOptions:
@@ -327,12 +335,11 @@ def simulate(
 
 def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]:
     """The `march` of the engine that fits; each is imported only when it is wanted."""
-    from aeroflutter.springs import Hysteresis, PiecewiseLinear
+    from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
 
-    pieces = isinstance(spring, PiecewiseLinear | Hysteresis)
-    if options.engine == "exact" and pieces:
-        raise InputError("engine: exact does not take piecewise-linear springs yet; use houbolt")
-    name = "houbolt" if pieces or options.engine == "houbolt" else "smooth"
+    straight = isinstance(simplify(spring), PiecewiseLinear | Hysteresis)
+    exact = "exact" if straight else "smooth"
+    name = "houbolt" if options.engine == "houbolt" else exact
     march: Callable[..., Response] = import_module(f"aeroflutter.timemarch.{name}").march
     return march
 

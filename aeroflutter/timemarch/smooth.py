@@ -68,7 +68,7 @@ class _Run:
             self.rate,
             0.0,
             state,
-            options.duration,
+            options.limit,
             max_step=self.longest_step,
             rtol=RTOL,
             atol=RTOL * self.watch.size,
@@ -89,7 +89,7 @@ class _Run:
                 message = self.solver.step()
                 self._take_step()
             out = not abs(float(self.system.c @ self.solver.y)) <= self.watch.bound
-            if out or message or self.solver.t >= min(due, self.options.duration):
+            if out or message or self.solver.t >= min(due, self.options.limit):
                 verdict = self._judge(first)
                 self.verdict = verdict if out else self.verdict or verdict
                 due, first = self.solver.t + self.window, len(self.samples)
@@ -126,7 +126,7 @@ class _Run:
         self.turns = []
         pitch = np.concatenate([*self.samples[first:], self.solver.y[None]]) @ self.system.c
         if self.options.progress:
-            self.options.progress(self.solver.t / self.options.duration)
+            self.options.progress(self.solver.t / self.options.limit)
         low, high = float(np.min(pitch)), float(np.max(pitch))
         return self.watch.add(turns[:, 0], turns[:, 1], low, high)
 
