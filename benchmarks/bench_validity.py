@@ -145,11 +145,11 @@ def distortion(family: SectionFamily, spring: Spring, cycle: Cycle) -> float:
     from aeroflutter.harmonic.moment import answer
 
     orders = np.arange(2, 10)
-    F = answer(spring, cycle.Y).moment(10)[2:]
+    given = answer(spring, cycle.Y)
+    F = given.moment(10)[2:]
     A, b = family.stack(cycle.speed)
     Z = inverse_transfer(A, b, family.c, 1j * cycle.omega * orders)
-    d = spring.describing(cycle.first_harmonic)
-    return float(np.linalg.norm(F / (Z + d.dF0_dB)) / cycle.first_harmonic)
+    return float(np.linalg.norm(F / (Z + given.slope(1)[0])) / cycle.first_harmonic)
 
 
 def converged(one: Draw) -> tuple[Cycle, float]:

@@ -29,6 +29,8 @@ COMMANDS = {
     "df": "Limit cycles by describing functions: amplitude against airspeed.",
     "lco": "Every limit cycle, stable or not, exactly; bifurcations located.",
     "tolerance": "The largest gap, or least friction, that keeps limit cycles small.",
+    "hb": "Limit cycles by harmonic balance: as many harmonics as it takes, with stability.",
+    "loop": "Whether a describing function can be believed: Bode, Nyquist, harmonics, verdict.",
     "spring": "The spring's path under a prescribed motion, and its describing function.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
     "map": "Flutter maps: how the motion ends over airspeed and initial pitch.",

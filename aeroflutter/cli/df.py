@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.describing import CycleFamily, DescribingCurve, Onset
+    from aeroflutter.validity import Guarantees
 
 
 def df(
@@ -39,7 +41,8 @@ def df(
 
     Every family of cycles in the range is followed over all amplitudes, with its bias where the
     spring has one. By default amplitudes run from where the spring becomes nonlinear to a hundred
-    times its size.
+    times its size. Every point says in which band of speed and amplitude a true cycle is proved to
+    lie, or why there is no such guarantee and what error its distortion lets expect.
     """
     from aeroflutter.describing import DescribingOptions, describing_at, describing_curve
 
@@ -57,12 +60,24 @@ def df(
         if (wanted <= 0).any():
             raise InputError("--amplitudes-deg: every amplitude must be positive")
         result = describing_at(loaded.family(), loaded.spring, wanted * math.pi / 180, settings)
+    verdict = functools.cache(lambda: _guarantees(loaded, result))  # once, and only if asked for
     output.deliver(
-        _payload(loaded, result),
+        _payload(loaded, result, verdict()) if output.json else {},
         text=lambda: _print(loaded, result, every=amplitudes_deg is not None),
-        dataset=lambda: _dataset(loaded, result),
-        figure=lambda: _figure(loaded, result),
+        dataset=lambda: _dataset(loaded, result, verdict()),
+        figure=lambda: _figure(loaded, result, verdict()),
     )
+
+
+def _guarantees(case: Case, result: DescribingCurve, only: list[int] | None = None) -> Guarantees:
+    """The guarantee of every point, or of some, the latter without bands of amplitude."""
+    from aeroflutter.validity import guarantees, guarantees_at
+
+    if only is None:
+        return guarantees(case.family(), case.spring, result)
+    names = {"amplitude": "amplitude", "bias": "bias", "speed": "speed", "omega": "k"}
+    chosen = {key: getattr(result, name)[only] for key, name in names.items()}
+    return guarantees_at(case.family(), case.spring, **chosen, distortion=result.distortion[only])
 
 
 def _pair(option: str, text: str) -> tuple[float, float]:
@@ -79,11 +94,17 @@ def _amplitude_range(text: str | None) -> tuple[float, float] | None:
     return math.radians(low), math.radians(high)
 
 
-def _payload(case: Case, result: DescribingCurve) -> dict[str, Any]:
+def _payload(case: Case, result: DescribingCurve, found: Guarantees) -> dict[str, Any]:
+    from aeroflutter.validity import guarantee_fields
+
+    unit = result.flutter_speed
     return {
         "title": case.title,
         "flutter_speed": result.flutter_speed,
-        "branch": [_point(case, result, i) for i in range(result.amplitude.size)],
+        "branch": [
+            _point(case, result, i) | {"guarantee": guarantee_fields(found, i, unit)}
+            for i in range(result.amplitude.size)
+        ],
         "onset": _onset(result.onset),
         "stable_onset": _onset(result.stable_onset),
         "families": [_family(one) for one in result.families],
@@ -154,23 +175,43 @@ def _print(case: Case, result: DescribingCurve, *, every: bool) -> None:
     for note in result.notes:
         print(f"note: {note}")
     if result.amplitude.size:
-        show_table(
-            ("family", "amplitude (deg)", "bias (deg)", "U*/U*_L", "k", "stable", "distortion"),
-            [
-                (
-                    str(point["family"]),
-                    point["amplitude_deg"],
-                    point["bias_deg"],
-                    float(point["speed_ratio"]),
-                    float(point["k"]),
-                    point["stable"],
-                    f"{100 * point['distortion']:.2g} %",
-                )
-                for point in (_point(case, result, i) for i in _chosen(result, every))
-            ],
-        )
+        _print_points(case, result, _chosen(result, every))
         if not every:
             print("a selection of the points; --json and --out give them all")
+
+
+def _print_points(case: Case, result: DescribingCurve, chosen: list[int]) -> None:
+    found = _guarantees(case, result, chosen)
+    rows = [_point(case, result, i) for i in chosen]
+    show_table(
+        (
+            "family", "amplitude (deg)", "bias (deg)", "U*/U*_L", "k", "stable", "distortion",
+            "error of U*",
+        ),
+        [
+            (
+                str(row["family"]),
+                row["amplitude_deg"],
+                row["bias_deg"],
+                float(row["speed_ratio"]),
+                float(row["k"]),
+                row["stable"],
+                f"{row['distortion']:.2%}",
+                _error(found, i, row["speed"]),
+            )
+            for i, row in enumerate(rows)
+        ],
+    )  # fmt: skip
+    for reason in sorted({reason.split(" (")[0] for reason in found.reason if reason}):
+        print(f"no proof where {reason}")
+
+
+def _error(found: Guarantees, i: int, speed: float) -> str:
+    """What is known of the relative error of a point's speed."""
+    if found.guaranteed[i]:
+        return f"< {float(abs(found.speed[i] - speed).max()) / speed:.1e} (proved)"
+    doubt = " (doubtful)" if found.doubtful[i] else ""
+    return f"~ {found.expected_error[i]:.1e}{doubt}"
 
 
 def _sentence(onset: Onset) -> str:
@@ -192,13 +233,13 @@ def _chosen(result: DescribingCurve, every: bool, count: int = 12) -> list[int]:
     return chosen
 
 
-def _dataset(case: Case, result: DescribingCurve) -> xr.Dataset:
-    from aeroflutter.dataset import to_dataset
+def _dataset(case: Case, result: DescribingCurve, found: Guarantees) -> xr.Dataset:
+    from aeroflutter.dataset_validity import describing_to_dataset
 
-    return to_dataset(result, case=case)
+    return describing_to_dataset(result, found, case=case)
 
 
-def _figure(case: Case, result: DescribingCurve) -> Figure:
+def _figure(case: Case, result: DescribingCurve, found: Guarantees) -> Figure:
     from aeroflutter.plots.describing import plot_describing
 
-    return plot_describing(result, case.title)
+    return plot_describing(result, case.title, found)

@@ -2,11 +2,13 @@
 
 The spring's answer to the sinusoid has harmonics F_k; the loop turns them into harmonics of pitch
 
-    a_k = -F_k / (1/G(j k ω) + s),    s = dF₀/dB,
+    a_k = -F_k / (1/G(j k ω) + s),
 
-where s, the mean incremental slope of the spring under the sinusoid, closes the loop to first
-order. The distortion is the norm of a_2 … a_K over the amplitude: where it is not small, the
-describing function should not be believed.
+where s, the mean slope of the spring along the sinusoid, closes the loop to first order. (Not
+dF₀/dB, which is the same without memory: a loop that never meets its stops follows its mean
+without a moment, so that dF₀/dB jumps at A = D + δ while the motion does not.) The distortion is
+the norm of a_2 … a_K over the amplitude: where it is not small, the describing function should
+not be believed.
 """
 
 from __future__ import annotations
@@ -16,9 +18,9 @@ from numpy.typing import NDArray
 
 from aeroflutter.describing.balance import Balance
 from aeroflutter.lure import inverse_transfer
-from aeroflutter.springs import Describing, Spring, respond
+from aeroflutter.springs import Describing, Hysteresis, Spring, respond
 
-__all__ = ["answer_harmonics", "harmonics"]
+__all__ = ["answer_harmonics", "harmonics", "mean_slope"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -45,6 +47,28 @@ def answer_harmonics(
     return found
 
 
+def mean_slope(spring: Spring, amplitude: Array, bias: Array, d: Describing) -> Array:
+    """Slope dF/dα averaged over the motion α = bias + amplitude·sin θ, (m,).
+
+    Parameters
+    ----------
+    d
+        Describing function of the motion: without memory its dF₀/dB is the mean slope.
+    """
+    if not isinstance(spring, Hysteresis):
+        return d.dF0_dB
+    # the slider slides over [bottom, top], upwards at the moment v1 and downwards at v2
+    top = np.clip(bias + amplitude - spring.v1, spring.h_low, spring.h_high)
+    bottom = np.clip(bias - amplitude - spring.v2, spring.h_low, spring.h_high)
+    top = np.maximum(top, bottom)
+
+    def angle(pitch: Array) -> Array:
+        return np.arcsin(np.clip((pitch - bias) / amplitude, -1.0, 1.0))
+
+    slid = sum(angle(top + level) - angle(bottom + level) for level in (spring.v1, spring.v2))
+    return np.asarray(1.0 - slid / (2 * np.pi))
+
+
 def harmonics(balance: Balance, y: Array, d: Describing, highest: int, samples: int) -> Complex:
     """Predicted harmonics 2 … `highest` of the motion over its amplitude, (m, highest - 1)."""
     A, B, U, k = balance.unpack(y)
@@ -52,4 +76,5 @@ def harmonics(balance: Balance, y: Array, d: Describing, highest: int, samples: 
     orders = np.arange(2, highest + 1)
     matrices, b = balance.family.stack(U)
     Z = inverse_transfer(matrices[:, None], b[:, None], balance.family.c, 1j * k[:, None] * orders)
-    return np.asarray(-answer / (Z + d.dF0_dB[:, None]) / A[:, None])
+    slope = mean_slope(balance.spring, A, B, d)
+    return np.asarray(-answer / (Z + slope[:, None]) / A[:, None])

@@ -16,7 +16,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _TURNS = 60  # bisections, if Newton's method never helps
-_ROUNDOFF = 4e-16
+_SMALL = 1e-11  # Newton step after which a root is exact
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -32,23 +32,23 @@ def value(Y: Complex, theta: float) -> tuple[float, float, float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _level(Y: Complex, low: float, high: float, level: float, order: int) -> float:
-    """Where the derivative of this order (0 or 1) passes `level` between two angles."""
-    sign = value(Y, high)[order] > level
+def _level(Y: Complex, low: float, high: float, level: float, order: int, rising: bool) -> float:
+    """Where the derivative of this order (0 or 1) rises or falls to `level` between two angles."""
     x = 0.5 * (low + high)
     for _ in range(_TURNS):
         y = value(Y, x)
-        if (y[order] > level) == sign:
+        if (y[order] > level) == rising:
             high = x
         else:
             low = x
         step = (y[order] - level) / y[order + 1]
-        new = x - step
-        if not low < new < high:
-            new = 0.5 * (low + high)
-        if abs(new - x) <= _ROUNDOFF * (1.0 + abs(x)):
-            return new
-        x = new
+        if abs(step) <= _SMALL:  # its square is below round-off
+            return x - step
+        x -= step
+        if not low < x < high:
+            x = 0.5 * (low + high)
+            if high - low <= _SMALL:
+                break
     return x
 
 
@@ -71,7 +71,7 @@ def extrema(Y: Complex, samples: int) -> Real:
     for i in range(samples):
         if (rate[i] > 0) != (rate[i + 1] > 0):
             step = 2 * np.pi / samples
-            found[count] = _level(Y, i * step, (i + 1) * step, 0.0, 1)
+            found[count] = _level(Y, i * step, (i + 1) * step, 0.0, 1, rate[i + 1] > 0)
             count += 1
     return found[:count]
 
@@ -96,7 +96,7 @@ def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets
             leaves = 0 <= edge < breaks.size and (
                 breaks[edge] < y1 if rising else breaks[edge] > y1
             )
-            stop = _level(Y, start, end, breaks[edge], 0) if leaves else end
+            stop = _level(Y, start, end, breaks[edge], 0, rising) if leaves else end
             out[count] = start, stop, slopes[piece], offsets[piece], np.nan, np.inf, np.nan
             if not leaves:
                 if breaks.size:
@@ -136,11 +136,11 @@ def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, hig
             first = start
             if slides:
                 begins = (y0 - flat - h > 0) != rising and y0 != flat + h
-                first = _level(Y, start, end, flat + h, 0) if begins else start
+                first = _level(Y, start, end, flat + h, 0, rising) if begins else start
             out[count] = start, first if slides else end, 1.0, -h, held, np.inf, np.nan
             count += 1
             if slides:
-                last = _level(Y, first, end, flat + stop, 0) if reaches else end
+                last = _level(Y, first, end, flat + stop, 0, rising) if reaches else end
                 out[count] = first, last, 0.0, flat, np.nan, np.inf, np.nan
                 count += 1
                 if reaches:

@@ -284,9 +284,9 @@ def _starts(
             symmetric = options.symmetric
         rows = np.flatnonzero((curve.family == one.number) & (curve.amplitude <= largest))
         good = rows[curve.distortion[rows] < _SMALL]
-        order = good[np.argsort(-curve.amplitude[good])]
-        order = [*order, *rows[np.argsort(curve.distortion[rows])]]
-        for i in order:
+        largest_first = good[np.argsort(-curve.amplitude[good])]
+        straightest_first = rows[np.argsort(curve.distortion[rows])]
+        for i in (*largest_first, *straightest_first):
             cycle = sinusoid(curve.amplitude[i], curve.bias[i], curve.k[i], curve.speed[i])
             balance = Balance(family, spring, 1, symmetric)
             if not balance.answer(balance.pack(cycle)).straight:

@@ -81,22 +81,23 @@ def multipliers(
     symmetric : bool
         Whether the cycle is half-wave symmetric.
     tolerance : float
-        The truncation is doubled until the error is below it; at 144 harmonics of the period
-        (of the half period where the cycle is symmetric) the error is left as it is.
+        The truncation is doubled until the multipliers move by less; at 144 harmonics of the
+        period (of the half period where the cycle is symmetric) they are left as they are.
     """
     sign = -1.0 if symmetric else 1.0
     hill = _Hill(family, cycle, answer, 2 if symmetric else 1)
-    before, error = np.empty(0), np.inf
+    before, error = np.empty(0, dtype=complex), np.inf
     for count in _COUNTS:
         roots, leading = hill.roots(count)
         trivial = int(np.argmin(np.abs(roots - sign)))
         others = np.delete(roots, trivial)
         others = others[np.argsort(-np.abs(others), kind="stable")]
         if before.size:
-            shifts = [np.min(np.abs(before - root)) for root in others[:2]]
-            error = float(max(abs(roots[trivial] - sign), abs(leading - 1.0), *shifts))
-        if error < tolerance:
-            break
+            shifts = [np.min(np.abs(before - root)) for root in (roots[trivial], *others[:2])]
+            moved = max(abs(leading - 1.0), *shifts)
+            error = float(max(abs(roots[trivial] - sign), moved))
+            if moved < tolerance:  # what is left of the error is the cycle's own
+                break
         before = roots
     basic = np.concatenate((roots[trivial : trivial + 1], others)) * sign
     return Multipliers(basic**2, basic, error) if symmetric else Multipliers(basic, None, error)
@@ -142,7 +143,8 @@ class _Hill:
         # equidistant points on a circle: the inverse of their Vandermonde matrix is its adjoint
         powers = (self.nodes[:, None] / self.radius) ** np.arange(size)
         scaled = (np.conj(powers.T) @ values).real / size
-        return self.radius * np.roots(scaled[::-1]), scaled[-1] / self.radius ** (size - 1)
+        roots = self.radius * np.asarray(np.roots(scaled[::-1]), dtype=np.complex128)
+        return roots, complex(scaled[-1] / self.radius ** (size - 1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -84,12 +84,12 @@ class Stability:
         """
 
         def flip(x: Real, _: Real) -> float:
-            return _compressed(np.prod(1 + self.proper(x)).real)
+            return _compressed(float(np.prod(1 + self.proper(x)).real))
 
         def torus(x: Real, _: Real) -> float:
             nu = self.proper(x)
             i, j = np.triu_indices(nu.size, 1)
-            return _compressed(np.prod(1 - nu[i] * nu[j]).real)
+            return _compressed(float(np.prod(1 - nu[i] * nu[j]).real))
 
         return {FLIP: flip, TORUS: torus}
 

@@ -13,14 +13,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.describing import DescribingCurve
+    from aeroflutter.validity import Guarantees
 
 
-def plot_describing(result: DescribingCurve, title: str = "") -> Figure:
-    """Amplitude over speed ratio beside the predicted distortion, family by family."""
+def plot_describing(
+    result: DescribingCurve, title: str = "", found: Guarantees | None = None
+) -> Figure:
+    """Amplitude over speed ratio beside the predicted distortion, family by family.
+
+    Parameters
+    ----------
+    found
+        Guarantees of the points: bands that are proved to hold a cycle beside the curve, points
+        that are doubtful without one, and how far the speed may be off.
+    """
     with look.style():
         figure, (curve, distortion) = look.figure(1, 2, width=9.2, height=3.9)
+        if found is not None:
+            _bands(curve, result, found)
         _curve(curve, result)
         _distortion(distortion, result)
+        if found is not None:
+            _errors(distortion, result, found)
         if title:
             look.headline(figure, title)
     return figure
@@ -85,6 +99,8 @@ def _distortion(axes: Axes, result: DescribingCurve) -> None:
         colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
         mine = result.family == one.number
         name = f"family {one.number}" + (" (mirror)" if one.mirror_of else "")
+        if len(result.families) == 1:
+            name = "distortion"
         axes.plot(
             np.degrees(result.amplitude[mine]),
             100 * np.where(result.distortion[mine] > 1e-8, result.distortion[mine], np.nan),
@@ -99,3 +115,32 @@ def _distortion(axes: Axes, result: DescribingCurve) -> None:
     axes.set_xlabel(look.AMPLITUDE)
     axes.set_ylabel("harmonics 2–9 over the first (%)")
     axes.set_title("predicted distortion")
+
+
+def _bands(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
+    """Bands of speed at each amplitude, and a mark where there is none and reason to doubt."""
+    x, _ = _abscissa(result)
+    amplitude, bands = np.degrees(result.amplitude), found.speed * (x / result.speed)[:, None]
+    for one in result.families:
+        mine = result.family == one.number
+        axes.fill_betweenx(
+            amplitude[mine], bands[mine, 0], bands[mine, 1], where=found.guaranteed[mine],
+            color=look.GREEN, alpha=0.3, linewidth=0,
+        )  # fmt: skip
+    axes.plot(x[found.doubtful], amplitude[found.doubtful], "x", color=look.VERMILION, alpha=0.5)
+
+
+def _errors(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
+    """How far the speed may be off: by proof where there is one, else as calibrated."""
+    order = np.argsort(result.amplitude, kind="stable")
+    amplitude, proved = np.degrees(result.amplitude[order]), found.guaranteed[order]
+    width = np.max(np.abs(found.speed - result.speed[:, None]), axis=1) / result.speed
+    likely = np.where(proved, np.nan, 100 * found.expected_error[order])
+    axes.plot(amplitude, 100 * width[order], ".", color=look.GREEN, label="error of speed, proved")
+    axes.plot(
+        amplitude, np.where(likely > 1e-6, likely, np.nan), "x", color=look.VERMILION, alpha=0.7,
+        label="error of speed without proof, 95 % below",
+    )  # fmt: skip
+    axes.set_ylabel("per cent")
+    axes.set_title("predicted distortion (line) and error of speed")
+    axes.legend(fontsize=7.5)

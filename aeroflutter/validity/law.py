@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from aeroflutter.harmonic.moment import answer
 from aeroflutter.lure import LureFamily, inverse_transfer
 from aeroflutter.springs import Cubic, Hysteresis, Pieces, PiecewiseLinear, Spring, Table, simplify
-from aeroflutter.validity._kernel_play import memory_first_harmonic
+from aeroflutter.validity import _kernel_first as kernel
 
 __all__ = ["Law", "Unfit", "law_of"]
 
@@ -82,14 +82,18 @@ class Law:
         ]
         return np.array(rows)
 
-    def first_harmonic(self, y: Real) -> Complex:
-        """First harmonic of the answer to sampled periodic motions (m, n), shape (m,)."""
+    def first_harmonic(self, Y: Complex) -> Complex:
+        """First harmonic (m,) of the answer to motions with harmonics Y (m, H+1)."""
+        samples = 1 << int(np.ceil(np.log2(4 * Y.shape[1])))
         if isinstance(self.spring, Hysteresis):
-            loop = self.spring
-            memory = memory_first_harmonic(y, loop.delta_v / 2, loop.delta_h / 2)
-            return np.asarray(np.fft.rfft(y, axis=1)[:, 1] * 2 / y.shape[1] - memory)
-        turn = np.exp(-2j * np.pi * np.arange(y.shape[1]) / y.shape[1])
-        return np.asarray(2 * (self.spring.moment(y) @ turn) / y.shape[1])
+            return np.asarray(
+                kernel.of_loop(Y, samples, self.spring.delta_v / 2, self.spring.delta_h / 2)
+            )
+        if isinstance(self.spring, Cubic):  # y³ does not alias onto the first harmonic
+            y = np.fft.irfft(0.5 * samples * Y, samples, axis=1)
+            return np.asarray(np.fft.rfft(self.spring.moment(y), axis=1)[:, 1] * 2 / samples)
+        p = _pieces(self.spring)
+        return np.asarray(kernel.of_static(Y, samples, p.breaks, p.slopes, p.offsets))
 
     def variation(self, amplitude: Real) -> Real:
         """Bound on the total variation of dF/dθ over the period under a sin θ.

@@ -213,11 +213,11 @@ def _cycle(
     section: tuple[Real, bool] | None,
 ) -> LoopCycle:
     amplitude, bias, k = cycle.first_harmonic, float(cycle.Y[0].real), cycle.omega
-    d = spring.describing(amplitude, bias)
     orders = np.arange(2, options.harmonics + 1)
-    F = answer(spring, np.array([bias, -1j * amplitude])).moment(options.harmonics + 1)[2:]
+    given = answer(spring, np.array([bias, -1j * amplitude]))
+    F = given.moment(options.harmonics + 1)[2:]
     Z = family.at(cycle.speed).inverse_transfer(1j * k * orders)
-    answers, gains = np.abs(F) / amplitude, 1 / np.abs(Z + d.dF0_dB)
+    answers, gains = np.abs(F) / amplitude, 1 / np.abs(Z + given.slope(1)[0])
     predicted = answers * gains
     guarantee = guarantees_at(
         family,
@@ -234,7 +234,7 @@ def _cycle(
         amplitude=amplitude,
         bias=bias,
         k=k,
-        N=complex(d.N),
+        N=complex(spring.describing(amplitude, bias).N),
         orders=orders,
         answers=answers,
         gains=gains,
