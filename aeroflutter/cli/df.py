@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from aeroflutter.describing import CycleFamily, DescribingCurve, Onset
     from aeroflutter.validity import Guarantees
 
+_ROUND_OFF = 1e-10  # expected error below which a motion is sinusoidal
+
 
 def df(
     case: CaseName,
@@ -210,6 +212,8 @@ def _error(found: Guarantees, i: int, speed: float) -> str:
     """What is known of the relative error of a point's speed."""
     if found.guaranteed[i]:
         return f"< {float(abs(found.speed[i] - speed).max()) / speed:.1e} (proved)"
+    if found.expected_error[i] < _ROUND_OFF:
+        return "~ 0"
     doubt = " (doubtful)" if found.doubtful[i] else ""
     return f"~ {found.expected_error[i]:.1e}{doubt}"
 
