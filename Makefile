@@ -11,7 +11,7 @@ UV ?= uv
 PIP_LOCKED := --quiet --disable-pip-version-check --require-hashes --no-deps
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow derive check-derive lint format bench docs wheel lock clean
+.PHONY: help setup demo test test-slow reproduce derive check-derive lint format bench docs wheel lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -36,6 +36,9 @@ demo: setup ## flutter speed and amplitude curve of run 14, with figures and dat
 
 test: setup ## run the tests, with the coverage of aeroflutter, generated and derive
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --cov --cov-report=term:skip-covered
+
+reproduce: setup ## the thesis's figures and tables by their own numbers, in out/reproduce
+	$(BIN)/aeroflutter reproduce --folder $(OUT)/reproduce
 
 test-slow: setup ## run the heavier proofs as well
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto -m "slow or not slow"

@@ -34,6 +34,7 @@ COMMANDS = {
     "spring": "The spring's path under a prescribed motion, and its describing function.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
     "map": "Flutter maps: how the motion ends over airspeed and initial pitch.",
+    "reproduce": "The figures and tables of the thesis, by their own numbers.",
     "sweep": "Monte-Carlo: flutter speed, onset and amplitude over uncertain sections.",
 }
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""

@@ -111,8 +111,10 @@ class Output:
             with replacing(self.out) as part:
                 dataset().to_netcdf(part, engine="netcdf4")
         if self.plot and figure:
+            from aeroflutter.plots.style import save
+
             with replacing(self.plot) as part:
-                figure().savefig(part, dpi=150)
+                save(figure(), part)
         if self.json:
             print_json(payload)
             return

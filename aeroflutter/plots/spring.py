@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from aeroflutter.plots import style as look
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from aeroflutter.springs import Describing
@@ -24,17 +26,55 @@ def plot_spring(
     """Moment against pitch (thesis figures 3.2, 3.4, 4.8, 4.9) and N(A) (figure 4.12)."""
     with look.style():
         figure, (path, gain) = look.figure(1, 2, width=8.6, height=3.8)
-        path.plot(np.degrees(pitch), np.degrees(moment), color=look.BLUE)
-        path.set_xlabel(look.PITCH)
-        path.set_ylabel(look.MOMENT)
+        _path(path, pitch, moment)
         path.set_title("path")
-        gain.plot(np.degrees(amplitude), describing.n_p, color=look.BLUE, label="$n_p$")
-        gain.plot(np.degrees(amplitude), describing.n_q, color=look.VERMILION, label="$n_q$")
-        gain.set_xscale("log")
-        gain.set_xlabel(look.AMPLITUDE)
-        gain.set_ylabel("describing function")
+        _gains(gain, amplitude, describing)
         gain.set_title("describing function")
-        gain.legend()
         if title:
             look.headline(figure, title)
     return figure
+
+
+def plot_path(pitch: np.ndarray, moment: np.ndarray, title: str = "") -> Figure:
+    """Moment against pitch alone, arrows along the way."""
+    with look.style():
+        figure, axes = look.figure(width=4.8, height=4.0)
+        _path(axes, pitch, moment)
+        if title:
+            look.headline(figure, title)
+    return figure
+
+
+def plot_gains(amplitude: np.ndarray, describing: Describing, title: str = "") -> Figure:
+    """Describing function against amplitude alone."""
+    with look.style():
+        figure, axes = look.figure(width=5.2, height=3.8)
+        _gains(axes, amplitude, describing)
+        if title:
+            look.headline(figure, title)
+    return figure
+
+
+def _path(axes: Axes, pitch: np.ndarray, moment: np.ndarray) -> None:
+    x, y = np.degrees(pitch), np.degrees(moment)
+    axes.plot(x, y, color=look.BLUE)
+    turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(x))))
+    for start, end in itertools.pairwise([0, *turns, x.size - 1]):
+        middle = (start + end) // 2
+        axes.annotate(
+            "",
+            (x[middle + 1], y[middle + 1]),
+            (x[middle], y[middle]),
+            arrowprops={"arrowstyle": "-|>", "color": look.BLUE},
+        )
+    axes.set_xlabel(look.PITCH)
+    axes.set_ylabel(look.MOMENT)
+
+
+def _gains(axes: Axes, amplitude: np.ndarray, describing: Describing) -> None:
+    axes.plot(np.degrees(amplitude), describing.n_p, color=look.BLUE, label="$n_p$")
+    axes.plot(np.degrees(amplitude), describing.n_q, color=look.VERMILION, label="$n_q$")
+    axes.set_xscale("log")
+    axes.set_xlabel(look.AMPLITUDE)
+    axes.set_ylabel("describing function")
+    axes.legend()
