@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.cycles.result import LimitCycles
+    from aeroflutter.cycles import LimitCycles
     from aeroflutter.describing import DescribingCurve
 
     Array = np.ndarray

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.cycles.result import LimitCycles
-from aeroflutter.cycles.search import limit_cycles
+from aeroflutter.cycles import LimitCycles, limit_cycles
 from aeroflutter.describing import DescribingCurve, describing_curve
 from aeroflutter.maps import Axis, FlutterMap, Grid, SpeedPitch, flutter_map
 from aeroflutter.rootlocus import flutter_against_stiffness, flutter_speed, root_locus
