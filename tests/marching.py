@@ -5,6 +5,20 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from aeroflutter import (
+    Bilinear,
+    Freeplay,
+    Hysteresis,
+    Linear,
+    SectionFamily,
+    Table,
+    TypicalSection,
+)
+from aeroflutter.rootlocus import flutter_speed
+from aeroflutter.timemarch._kernel_exact_march import flow
+from aeroflutter.timemarch.prepared import Prepared
+from aeroflutter.timemarch.response import Initial
+
 
 def event_march(system, spring, state, memory, duration, rtol=1e-12):
     """State and memory at `duration` by SciPy's DOP853, restarted at every switch of the spring.
@@ -22,22 +36,47 @@ def event_march(system, spring, state, memory, duration, rtol=1e-12):
         def rate(t, z, law=law):
             return A @ z - b * (law[0] * (c @ z) + law[1])
 
-        def watched(event):
-            def function(t, z):
-                return c @ (A @ z) if event[0] == "turn" else c @ z - event[1]
-
-            function.terminal, function.direction = True, event[2]
-            return function
-
-        functions = [watched(event) for event in events]
+        functions = [_watched(system, *event) for event in events]
         options = {"method": "DOP853", "rtol": rtol, "atol": rtol * 1e-2 * np.abs(x).max()}
         # A first short leg leaves the surface that ended the one before.
         leg = solve_ivp(rate, (time, min(time + 1e-7, duration)), x, **options)
         if leg.t[-1] < duration:
-            leg = solve_ivp(rate, (leg.t[-1], duration), leg.y[:, -1], events=functions, **options)
+            begin, z = leg.t[-1], leg.y[:, -1]
+            options |= {"events": functions, "dense_output": True}
+            leg = solve_ivp(rate, (begin, duration), z, **options)
+            passed = _first_passed(leg, functions)
+            if passed is not None:
+                leg = solve_ivp(rate, (begin, passed), z, **options)
         time, x = leg.t[-1], leg.y[:, -1]
         h = float(spring.advance(h, c @ x))
     return x, h
+
+
+def _watched(system, kind, value, direction):
+    """Event function that ends a leg."""
+
+    def function(_, z):
+        return system.c @ (system.A @ z) if kind == "turn" else system.c @ z - value
+
+    function.terminal, function.direction = True, direction
+    return function
+
+
+def _first_passed(leg, functions):
+    """A time at which a surface has been passed, if the integrator stepped over it and back."""
+    parts = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
+    times = (leg.t[:-1, None] + np.diff(leg.t)[:, None] * parts).ravel()
+    states = leg.sol(times)
+    found = []
+    for function in functions:
+        values = function(0.0, states)
+        side = np.sign(function(0.0, leg.y[:, 0]))
+        if side == function.direction:
+            continue  # from here it is passed unnoticed, on purpose
+        beyond = side * values < -1e-13 * np.abs(values).max()
+        if beyond.any():
+            found.append(times[np.argmax(beyond)])
+    return min(found, default=None)
 
 
 def _static_law(spring, y, v):
@@ -49,8 +88,8 @@ def _static_law(spring, y, v):
 
 def _loop_law(spring, h, y, v):
     tiny = 1e-10 * spring.scale
-    rising = h < spring.h_high - tiny and y >= h + spring.v1 - tiny and v > 0
-    falling = h > spring.h_low + tiny and y <= h + spring.v2 + tiny and v < 0
+    rising = h < spring.h_high - tiny and y >= h + spring.v1 - tiny and v > tiny
+    falling = h > spring.h_low + tiny and y <= h + spring.v2 + tiny and v < -tiny
     if rising:
         return (0.0, spring.v1), [("turn", 0.0, -1), ("cross", spring.h_high + spring.v1, 1)]
     if falling:
@@ -139,3 +178,73 @@ def tangent_by_difference(spring, memory, pitch):
         slope = round(slope)
     moment = float(spring.moment(pitch, spring.advance(memory, pitch)))
     return slope, moment - slope * pitch
+
+
+def random_case(rng):
+    """A section at a speed, a piecewise-linear spring of any kind and a motion at the start."""
+    r_alpha = rng.uniform(0.4, 0.65)
+    section = TypicalSection(
+        mu=float(np.exp(rng.uniform(np.log(20), np.log(250)))),
+        a_h=-0.5 if rng.random() < 0.5 else float(rng.uniform(-0.5, -0.1)),
+        x_alpha=float(rng.uniform(0.05, 0.6) * r_alpha),
+        r_alpha=float(r_alpha),
+        omega_bar=float(np.exp(rng.uniform(np.log(0.15), np.log(1.1)))),
+        zeta_alpha=float(rng.choice([0.0, rng.uniform(0, 0.03)])),
+        zeta_xi=float(rng.choice([0.0, rng.uniform(0, 0.03)])),
+    )
+    family = SectionFamily(section)
+    speed = (flutter_speed(family) or 4.0) * rng.uniform(0.3, 1.02)
+    spring = SPRING_KINDS[rng.integers(len(SPRING_KINDS))](rng)
+    alpha = float(rng.choice([-1, 1]) * spring.scale * np.exp(rng.uniform(np.log(0.3), np.log(20))))
+    rates = 0.1 * alpha * rng.uniform(-1, 1, 3)
+    return (
+        family.at(speed),
+        spring,
+        Initial(alpha=alpha, alpha_rate=rates[0], xi=rates[1] * 10, xi_rate=rates[2]),
+    )
+
+
+def _random_table(rng):
+    half = np.cumsum(rng.uniform(0.2, 0.6, size=3))
+    moments = np.cumsum(np.diff(half, prepend=0.0) * rng.uniform(0.0, 1.6, size=3))
+    half, moments = np.append(half, half[-1] + 1.0), np.append(moments, moments[-1] + 1.0)
+    pitch = np.concatenate((-half[::-1], half)) + rng.uniform(-0.2, 0.2)
+    return Table(tuple(pitch), tuple(np.concatenate((-moments[::-1], moments))))
+
+
+SPRING_KINDS = (
+    lambda rng: Linear(rng.uniform(0.3, 1.5), rng.uniform(-0.1, 0.1)),
+    lambda rng: Freeplay(1.0, rng.uniform(-0.3, 0.3)),
+    lambda rng: Bilinear(
+        rng.uniform(-0.5, 0.5), rng.uniform(-0.1, 0.9), rng.uniform(-0.5, 0.5), rng.uniform(0.3, 1)
+    ),
+    _random_table,
+    lambda rng: Hysteresis(rng.uniform(0.05, 1), rng.uniform(0.05, 1)),
+    lambda rng: Hysteresis(*rng.uniform(0.05, 1, 2), *rng.uniform(-0.3, 0.3, 2)),
+)
+
+
+def growth(system, spring, state, memory, duration, legs=50):
+    """State at `duration`, size of each state on the way, and growth of a disturbance until then.
+
+    The growth is the largest norm of the variational flow from any of the legs' starts to the end,
+    in units of those sizes.
+    """
+    prepared = Prepared.of(system, spring)
+    n = system.order
+    x, h, mode = np.array(state, dtype=float), memory, -1
+    size, jacobians = np.abs(x), []
+    for _ in range(legs):
+        J = np.empty((n + 1, n + 2))
+        status, h, mode, _ = flow(
+            prepared.tables, prepared.law, x, h, mode, duration / legs, J, np.empty((0, 5))
+        )
+        assert status == 0
+        jacobians.append(J[:, : n + 1])
+        size = np.maximum(size, np.abs(x))
+    units = np.append(size, max(spring.scale, 1e-300))
+    total, most = np.eye(n + 1), 1.0
+    for J in reversed(jacobians):
+        total = total @ J
+        most = max(most, float(np.abs(total[:n] * units / size[:, None]).sum(axis=1).max()))
+    return x, size, most
