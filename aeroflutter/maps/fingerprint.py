@@ -14,13 +14,13 @@ FOLDERS = ("springs", "timemarch", "describing", "generated", "maps")
 
 
 @functools.cache
-def code_hash() -> str:
-    """SHA-256 over the modules of the model and of the engines, in the order of their names."""
+def code_hash(*more: str) -> str:
+    """SHA-256 over the modules of the model and of the engines, and of more folders."""
     root = resources.files("aeroflutter")
     digest = hashlib.sha256()
     for name in PARTS:
         _add(digest, root / name)
-    for name in FOLDERS:
+    for name in (*FOLDERS, *more):
         folder = resources.files("aeroflutter.generated") if name == "generated" else root / name
         for file in sorted(folder.iterdir(), key=lambda entry: entry.name):
             if file.name.endswith(".py"):

@@ -42,6 +42,7 @@ def plot_amplitudes(
                 axes,
                 (curve.speed_ratio[mine], np.degrees(curve.amplitude[mine]), curve.stable[mine]),
                 look.ORANGE,
+                width=2.8,
             )
         for family in cycles.families:
             points = [(c.speed_ratio, np.degrees(c.amplitude), c.stable) for c in family.cycles]
@@ -54,14 +55,16 @@ def plot_amplitudes(
     return figure
 
 
-def _line(axes: Axes, points: tuple[Array, Array, Array], colour: str) -> None:
+def _line(axes: Axes, points: tuple[Array, Array, Array], colour: str, width: float = 1.2) -> None:
     ratio, amplitude, stable = points
     for part, solid in look.segments(stable):
-        axes.plot(ratio[part], amplitude[part], "-" if solid else "--", color=colour, linewidth=1.2)
+        axes.plot(
+            ratio[part], amplitude[part], "-" if solid else "--", color=colour, linewidth=width
+        )
 
 
 def _finish(axes: Axes, cycles: LimitCycles) -> None:
-    axes.plot([], [], color=look.ORANGE, label="describing function")
+    axes.plot([], [], color=look.ORANGE, linewidth=2.8, label="describing function")
     axes.plot([], [], color=look.BLUE, label="exact")
     axes.plot([], [], ".", color=look.BLACK, label="simulated")
     axes.legend(loc="upper left")

@@ -53,21 +53,30 @@ def spectrum(case: Case, title: str, *, speed_ratio: float) -> Drawn:
 
 
 def loop_path(case: Case, title: str) -> Drawn:
-    """The spring's path on a limit cycle (the 'b' figures), a little above its onset."""
+    """The spring's path on a limit cycle (the 'b' figures), from the middle of those of the map."""
     from aeroflutter.plots.timemarch import plot_response
 
-    onset = _curve(case).onset
-    start = 1.0 if onset is None else onset.speed_ratio
-    ratio = round(0.5 * (1.0 + min(start, 0.99)), 3)
-    facts, response = _motion(case, ratio, LATE)
+    found = _map(case)
+    columns, rows = np.nonzero(found.state == STATES.index("lco"))
+    if columns.size == 0:
+        ratio, alpha_deg = 0.95, 6.0
+    else:
+        middle = columns.size // 2
+        ratio, alpha_deg = found.grid.x.values[columns[middle]], found.grid.y.values[rows[middle]]
+    facts, response = _motion(case, float(ratio), LATE, alpha_deg=float(alpha_deg))
     return Drawn(figure=plot_response(response, "spring", title), facts=facts)
 
 
-def _motion(case: Case, speed_ratio: float, duration: float) -> tuple[dict[str, Any], Response]:
+def _motion(
+    case: Case, speed_ratio: float, duration: float, alpha_deg: float | None = None
+) -> tuple[dict[str, Any], Response]:
     """How a run ends, and the same run for as long as is drawn."""
     speed = speed_ratio * _flutter(case)
     system = case.family().at(speed)
-    start = Initial(**case.initial._asdict())
+    motion = case.initial._asdict()
+    if alpha_deg is not None:
+        motion["alpha"] = np.radians(alpha_deg)
+    start = Initial(**motion)
     end = simulate(system, case.spring, start, SimulateOptions(record=False))
     drawn = SimulateOptions(duration=duration, decide=False)
     facts: dict[str, Any] = {
@@ -127,15 +136,12 @@ def decided(case: Case, title: str) -> Drawn:
     from aeroflutter.plots.maps import plot_map
 
     found = _map(case)
-    facts: dict[str, Any] = {name: found.count(name) for name in STATES}
-    onset = _curve(case).onset
-    marks = {"linear flutter": 1.0}
-    if onset is not None:
-        marks["DF onset"] = facts["df_onset"] = onset.speed_ratio
-    exact = _cycles(case).onset
-    if exact is not None:
-        marks["exact onset"] = facts["exact_onset"] = exact.cycle.speed_ratio
-    return Drawn(figure=plot_map(found, title, marks), facts=facts)
+    counts: dict[str, Any] = {name: found.count(name) for name in STATES}
+    onsets = _onsets(case)
+    marks = {"linear flutter": 1.0, **onsets}
+    if len(onsets) == 2 and abs(onsets["DF onset"] - onsets["exact onset"]) < 0.03:
+        marks = {"linear flutter": 1.0, "onset, DF and exact": onsets["exact onset"]}
+    return Drawn(figure=plot_map(found, title, marks), facts=counts | onsets)
 
 
 def amplitudes(case: Case, title: str) -> Drawn:
@@ -149,12 +155,20 @@ def amplitudes(case: Case, title: str) -> Drawn:
     facts: dict[str, Any] = {"simulated_cycles": int(settled.sum())}
     if settled.any():
         facts["first_simulated_cycle"] = float(ratio.min())
-    if curve.onset is not None:
-        facts["df_onset"] = curve.onset.speed_ratio
-    exact = _cycles(case).onset
+    return Drawn(
+        figure=plot_amplitudes(curve, _cycles(case), simulated, title), facts=facts | _onsets(case)
+    )
+
+
+def _onsets(case: Case) -> dict[str, float]:
+    """The lowest speed ratio of a cycle, by describing function and exactly."""
+    found = {}
+    approximate, exact = _curve(case).onset, _cycles(case).onset
+    if approximate is not None:
+        found["DF onset"] = approximate.speed_ratio
     if exact is not None:
-        facts["exact_onset"] = exact.cycle.speed_ratio
-    return Drawn(figure=plot_amplitudes(curve, _cycles(case), simulated, title), facts=facts)
+        found["exact onset"] = exact.cycle.speed_ratio
+    return found
 
 
 def _flutter(case: Case) -> float:

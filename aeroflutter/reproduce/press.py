@@ -141,7 +141,8 @@ def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
 
 def _identity(exhibit: Exhibit, case: Case) -> str:
     """Hash of all that the exhibit depends on."""
-    parts = json.dumps([asdict(exhibit), case.text, code_hash()], sort_keys=True)
+    code = code_hash("continuation", "cycles", "plots", "reproduce")
+    parts = json.dumps([asdict(exhibit), case.text, code], sort_keys=True)
     return hashlib.sha256(parts.encode()).hexdigest()
 
 
