@@ -16,11 +16,19 @@ unstable outer pieces) goes to `timemarch._kernel_exact_ends.settle` from where 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
+from aeroflutter.maps._kernel_paths import (
+    MOST_PATHS,
+    MOST_RETURNS,
+    beside,
+    no_paths,
+    remember,
+    segment,
+    settled,
+)
+from aeroflutter.maps._kernel_targets import MOST_SWITCHES, aim, caught, no_targets
 from aeroflutter.timemarch._kernel_exact import (
     HIGH,
     HUGE,
@@ -29,7 +37,6 @@ from aeroflutter.timemarch._kernel_exact import (
     RISING,
     STICK,
     Index,
-    Law,
     apply,
     clear,
     clip,
@@ -37,9 +44,10 @@ from aeroflutter.timemarch._kernel_exact import (
     event,
     flow_matrix,
     round_off,
+    variable,
     workspace,
 )
-from aeroflutter.timemarch._kernel_exact_cycle import Cycles, contraction, keep, no_cycles
+from aeroflutter.timemarch._kernel_exact_cycle import keep, no_cycles
 from aeroflutter.timemarch._kernel_exact_ends import (
     AMPLITUDE,
     ATTRACTOR,
@@ -50,14 +58,6 @@ from aeroflutter.timemarch._kernel_exact_ends import (
     report,
     settle,
 )
-from aeroflutter.timemarch._kernel_exact_march import (
-    EVENT_COLUMNS,
-    EVENTS,
-    TURN_COLUMNS,
-    flow,
-    march,
-    rate,
-)
 from aeroflutter.timemarch._kernel_exact_proofs import (
     CONVERGED,
     DAMPED,
@@ -67,276 +67,20 @@ from aeroflutter.timemarch._kernel_exact_proofs import (
     TRAPPED,
 )
 from aeroflutter.timemarch._kernel_exact_roots import Y_POWER, Y
-from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array, Tables
+from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array
 
 OVER, JOINED, CAUGHT, OPEN = 0, 1, 2, 3  # what following a cell came to
 
-MOST_PATHS = 12
-MOST_RETURNS = 1024
-MOST_SWITCHES = 64  # between two returns
 MOST_STEPS = 4000
-LAGS = 4  # periods, in returns, that count as settling
-CLOSE = 1e-2  # what a motion may still change by, relative, when `settle` takes over
 BESIDE = 3e-2  # relative distance from a path at which it is first compared with it
 CLOSER = 0.8  # factor by which it must come closer
 STRAIGHT = 0.05  # part of a segment by which it may bend
 FLOOR = 1e-6
 CONFIRMED = 2  # further returns that agree with a path
-PARALLEL = 0.1  # relative bend between segments of a slow curve
 NEAR = 5e-2  # relative distance from a known cycle within which returns are compared with its map
 LONG = 12  # returns from which a path is worth keeping beside its cycle
 UNKNOWN = 4  # settled returns in a row before a cycle is sought beside the known ones
 PATIENCE = 24  # returns near a known cycle that do not go to it
-
-
-class Paths(NamedTuple):
-    """Returns of cells that ended on cycles: q paths, k returns, n states.
-
-    Attributes
-    ----------
-    points, rates
-        State and y' at each return, (q, k, n) and (q, k).
-    smooth
-        1 where a segment and the two after it follow each other smoothly, (q, k).
-    sizes
-        Size of each state over that of y', (q, n).
-    length, cycle
-        Returns, and place of the cycle among those known, (q,).
-    """
-
-    points: Array
-    rates: Array
-    smooth: Index
-    sizes: Array
-    length: Index
-    cycle: Index
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def no_paths(n: int) -> Paths:
-    """Room for the paths of a column; the last is that of the cell at hand."""
-    return Paths(
-        np.empty((MOST_PATHS + 1, MOST_RETURNS, n)),
-        np.empty((MOST_PATHS + 1, MOST_RETURNS)),
-        np.zeros((MOST_PATHS + 1, MOST_RETURNS), dtype=np.int64),
-        np.ones((MOST_PATHS + 1, n)),
-        np.zeros(MOST_PATHS + 1, dtype=np.int64),
-        np.zeros(MOST_PATHS + 1, dtype=np.int64),
-    )
-
-
-class Targets(NamedTuple):
-    """Known attracting cycles on the section: q cycles, n states.
-
-    Attributes
-    ----------
-    point, size
-        State of the cycle where it returns, and the scale of each, (q, n).
-    Q, P, rho
-        Derivative of the return map over a period in units of `size`, and the norm in which it
-        contracts by ρ, (q, n, n) twice and (q,).
-    lag
-        Returns a period, (q,); 0 where the cycle does not come to the section.
-    """
-
-    point: Array
-    size: Array
-    Q: Array
-    P: Array
-    rho: Array
-    lag: Index
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def no_targets(n: int) -> Targets:
-    """Room for the cycles of a column."""
-    return Targets(
-        np.zeros((MOST_PATHS, n)),
-        np.ones((MOST_PATHS, n)),
-        np.zeros((MOST_PATHS, n, n)),
-        np.zeros((MOST_PATHS, n, n)),
-        np.ones(MOST_PATHS),
-        np.zeros(MOST_PATHS, dtype=np.int64),
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def aim(tables: Tables, law: Law, known: Cycles, j: int, targets: Targets) -> None:
-    """Enter known cycle j among the targets, if it returns to the section."""
-    n = tables.c.size
-    events = np.empty((MOST_SWITCHES, EVENT_COLUMNS))
-    memo = np.zeros(5, dtype=np.int64)
-    nothing, empty, pairs = np.empty(0), np.empty((0, n)), np.empty((0, 2))
-    x, h, period = known.z[j, :n].copy(), known.z[j, n], known.period[j]
-    turns = np.empty((0, TURN_COLUMNS))
-    march(tables, law, x, h, -1, 0.0, period, nothing, empty, pairs, events, turns, memo)
-    first, lag = -1, 0
-    after = STICK if law.memory else law.offsets.size - 1
-    for k in range(min(memo[EVENTS], MOST_SWITCHES - 1)):
-        left_flat = law.memory == 0 or (k > 0 and events[k - 1, 2] == RISING)
-        if events[k, 1] == HIGH and events[k, 2] == after and left_flat:
-            lag += 1
-            first = k if first < 0 else first
-    if first < 0 or memo[EVENTS] >= MOST_SWITCHES:
-        return
-    memo[:] = 0
-    x[:] = known.z[j, :n]
-    until = events[first, 0]
-    march(tables, law, x, h, -1, 0.0, until, nothing, empty, pairs, events, turns, memo)
-    held = law.loop[3] if law.memory else 0.0
-    f, jacobian = np.empty(n), np.empty((n + 1, n + 2))
-    rate(tables, law, x, held, after, f)
-    targets.point[j] = x
-    targets.size[j] = known.size[j, :n]
-    flow(tables, law, x, held, after, period, jacobian, np.empty((0, EVENT_COLUMNS)))
-    across = np.dot(tables.c, f)
-    Q, size = targets.Q[j], targets.size[j]
-    for i in range(n):
-        for k in range(n):
-            along = 0.0
-            for m in range(n):
-                along += tables.c[m] * jacobian[m, k]
-            Q[i, k] = (jacobian[i, k] - f[i] * along / across) * size[k] / size[i]
-    targets.rho[j] = contraction(Q, known.radius[j], targets.P[j])
-    targets.lag[j] = lag
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def caught(
-    at: Array, size: Array, Q: Array, P: Array, rho: Array, j: int, points: Array, row: int,
-    k: int, lag: int, work: Array,
-) -> bool:  # fmt: skip
-    """Whether the last three returns go to target j as its linear map says.
-
-    Each of two returns must come closer, in the norm in which the map contracts by ρ, and must
-    land within (1 - ρ)/2 of the distance before of where the linear map puts it: what the
-    linear map leaves out shrinks faster than the distance, so all later returns do the same.
-    """
-    n = at.shape[1]
-    for i in range(n):
-        for m in range(3):
-            work[m, i] = (points[row, k - m * lag, i] - at[j, i]) / size[j, i]
-    reach = np.empty(3)
-    miss = np.empty(2)
-    for m in range(2):
-        for i in range(n):
-            image = 0.0
-            for o in range(n):
-                image += Q[j, i, o] * work[m + 1, o]
-            work[3 + m, i] = work[m, i] - image
-    for m in range(5):
-        total = 0.0
-        for i in range(n):
-            for o in range(n):
-                total += work[m, i] * P[j, i, o] * work[m, o]
-        if m < 3:
-            reach[m] = np.sqrt(max(total, 0.0))
-        else:
-            miss[m - 3] = np.sqrt(max(total, 0.0))
-    slack = 0.5 * (1.0 - rho[j])
-    return (
-        reach[0] < reach[1] < reach[2]
-        and miss[0] <= slack * reach[1]
-        and miss[1] <= slack * reach[2]
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def settled(points: Array, rates: Array, q: int, k: int) -> bool:
-    """Whether return k of path q is so near a cycle that Newton will find it."""
-    n = points.shape[2]
-    for lag in range(1, LAGS + 1):
-        if k < 2 * lag:
-            return False
-        size = abs(rates[q, k])
-        new = abs(rates[q, k] - rates[q, k - lag])
-        old = abs(rates[q, k - lag] - rates[q, k - 2 * lag])
-        if not (new < CLOSE * size and old < 10.0 * CLOSE * size):
-            continue
-        left = new * new / (old - new) if new < old else np.inf
-        if new < 1e-12 * size:
-            left = 0.0
-        if left < CLOSE * size:
-            far = 0.0
-            for i in range(n):
-                span = abs(points[q, k, i]) + abs(points[q, k - lag, i])
-                far = max(far, abs(points[q, k, i] - points[q, k - lag, i]) / (span + 1e-300))
-            if far < 10.0 * CLOSE:
-                return True
-    return False
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def segment(rates: Array, length: int, q: int, rate: float, hint: int) -> int:
-    """The segment of path q on which y' passes `rate`, from `hint` on; -1 if there is none."""
-    for k in range(max(hint, 0), length - 1):
-        a, b = rates[q, k], rates[q, k + 1]
-        if (a <= rate < b) or (b < rate <= a):
-            return k
-    return -1
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def beside(
-    points: Array, rates: Array, sizes: Array, q: int, k: int, point: Array, row: int, rate: float
-) -> tuple[float, float]:
-    """Relative distance of a return from segment k of path q, and length of the segment."""
-    n = points.shape[2]
-    theta = (rate - rates[q, k]) / (rates[q, k + 1] - rates[q, k])
-    unit = 1.0 / (abs(rate) + 1e-300)
-    far, long = 0.0, 0.0
-    for i in range(n):
-        step = points[q, k + 1, i] - points[q, k, i]
-        away = abs(point[row, i] - points[q, k, i] - theta * step)
-        scale = unit / sizes[q, i]
-        far = max(far, away * scale)
-        long = max(long, abs(step) * scale)
-    return far, long
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def survey(paths: Paths, q: int) -> None:
-    """Sizes of the states on path q, and where its segments follow each other smoothly."""
-    points, rates, smooth, sizes = paths.points, paths.rates, paths.smooth, paths.sizes
-    n = points.shape[2]
-    length = paths.length[q]
-    for i in range(n):
-        size = 0.0
-        for k in range(length):
-            size = max(size, abs(points[q, k, i]) / (abs(rates[q, k]) + 1e-300))
-        sizes[q, i] = max(size, 1e-300)
-    for k in range(length):
-        smooth[q, k] = 0
-    for k in range(length - 3):
-        fine = True
-        for j in range(k, k + 2):
-            first, second = rates[q, j + 1] - rates[q, j], rates[q, j + 2] - rates[q, j + 1]
-            ratio = second / first if first != 0.0 else np.inf
-            if not 0.05 < ratio < 4.0:
-                fine = False
-                break
-            bend, long = 0.0, 0.0
-            for i in range(n):
-                one = points[q, j + 1, i] - points[q, j, i]
-                two = points[q, j + 2, i] - points[q, j + 1, i]
-                bend = max(bend, abs(two - ratio * one) / sizes[q, i])
-                long = max(long, max(abs(two), abs(ratio * one)) / sizes[q, i])
-            if bend > PARALLEL * long:
-                fine = False
-                break
-        smooth[q, k] = 1 if fine else 0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def remember(paths: Paths, q: int, length: int, cycle: int) -> None:
-    """Make the path of the cell at hand path q."""
-    last = paths.length.size - 1
-    paths.length[q], paths.cycle[q] = length, cycle
-    for k in range(length):
-        paths.rates[q, k] = paths.rates[last, k]
-        for i in range(paths.points.shape[2]):
-            paths.points[q, k, i] = paths.points[last, k, i]
-    survey(paths, q)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -566,7 +310,7 @@ def decide_column(
     agreed = np.empty(MOST_PATHS, dtype=np.int64)
     far = np.empty(MOST_PATHS)
     x = np.empty(n)
-    cycles, count, joined = 0, 0, 0
+    cycles, count, joined = variable(0), variable(0), 0
     for cell in range(memories.size):
         h, t, k = memories[cell], 0.0, 0
         x[:] = states[cell]

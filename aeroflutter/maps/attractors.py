@@ -99,7 +99,7 @@ def _continued(centres: Array, before: Array, numbers: Labels, taken: int) -> tu
         for i, j in enumerate(np.argmin(away, axis=1)):
             if away[i, j] <= FAMILY and np.argmin(away[:, j]) == i:
                 found[i] = numbers[j]
-    for i in np.flatnonzero(found == 0):
+    for new in np.flatnonzero(found == 0):
         taken += 1
-        found[i] = taken
+        found[new] = taken
     return found, taken

@@ -70,7 +70,7 @@ def _exact(group: Group, options: SimulateOptions) -> Ends:
         cycles=options.cycles,
         patience=PATIENCE,
         growth=options.growth,
-        duration=options.duration,
+        duration=options.limit,
     )
     system, spring, cap = group.system, group.spring, options.step_cap
     found = decide_cells(system, spring, group.states, group.memory, limits, cap)

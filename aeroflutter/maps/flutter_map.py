@@ -173,11 +173,13 @@ class MapStudy:
 
     def ends(self, x: Array, y: Array) -> Ends:
         """How the points (x, y) end, (m,) each."""
-        whole = Ends(np.empty(x.size, dtype=np.int8), *(np.empty(x.size) for _ in range(5)))
+        whole: tuple[AnyArray, ...] = Ends(
+            np.empty(x.size, dtype=np.int8), *(np.empty(x.size) for _ in range(5))
+        )
         for group in self.cells.groups(x, y):
             for target, part in zip(whole, decide(group, self.options.march), strict=True):
                 target[group.index] = part
-        return whole
+        return Ends(*whole)
 
     def _ends(self, task: Task) -> dict[str, AnyArray]:
         x, y = _points(self.grid, task)
@@ -270,7 +272,7 @@ class FlutterMap:
 
     def count(self, state: str) -> int:
         """Number of cells that end so; "failed" counts those that were not computed."""
-        code = FAILED if state == "failed" else STATES.index(state)  # type: ignore[arg-type]
+        code = FAILED if state == "failed" else STATES.index(state)
         return int(np.count_nonzero(self.state == code))
 
 

@@ -86,7 +86,7 @@ class Store:
             say what differs.
         """
         group = _opened(path)
-        stored = group.attrs[MARK]
+        stored: Any = group.attrs[MARK]
         differences = differing(stored["identity"], study.identity())
         if differences:
             head = f"{path}: holds another study; use another name, or --overwrite to replace it"

@@ -265,7 +265,7 @@ class SweepResult:
     def count(self, state: str) -> int:
         """Number of sections whose motion ends so."""
         marched = np.isfinite(self.values["marched_at"])
-        alike = self.values["state"] == STATES.index(state)  # type: ignore[arg-type]
+        alike = self.values["state"] == STATES.index(state)
         return int(np.count_nonzero(alike & marched))
 
     def of(self, name: str) -> Array:

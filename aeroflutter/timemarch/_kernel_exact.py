@@ -87,6 +87,12 @@ def workspace(n: int) -> Work:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def variable(value: int) -> int:
+    """A literal as a variable: calls with literals are compiled apart, for minutes."""
+    return value
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def output(c: Array, xs: Array, row: int) -> float:
     """Y = c x of a row of states."""
     y = 0.0

@@ -18,6 +18,7 @@ from aeroflutter.timemarch._kernel_exact import (
     Index,
     Law,
     start,
+    variable,
     window,
 )
 from aeroflutter.timemarch._kernel_exact_march import (
@@ -211,7 +212,7 @@ def close(
     best = np.inf
     for _ in range(NEWTON_STEPS):
         x[:] = z[:n]
-        status, h, _, _ = flow(tables, law, x, z[n], -1, period, jacobian, none)
+        status, h, _, _ = flow(tables, law, x, z[n], variable(-1), period, jacobian, none)
         if status != DONE:
             break
         mode, held = start_rate(tables, law, z, f)
@@ -253,7 +254,7 @@ def close(
     if not best < CLOSED:
         return False, first
     x[:] = z[:n]
-    flow(tables, law, x, z[n], -1, kept_period, jacobian, none)
+    flow(tables, law, x, z[n], variable(-1), kept_period, jacobian, none)
     start_rate(tables, law, z, f)
     return True, kept_period
 
@@ -264,7 +265,9 @@ def returns(tables: Tables, law: Law, z: Array, time: float, size: Array) -> boo
     n = tables.c.size
     x = z[:n].copy()
     jacobian = np.empty((n + 1, n + 2))
-    status, h, _, _ = flow(tables, law, x, z[n], -1, time, jacobian, np.empty((0, EVENT_COLUMNS)))
+    status, h, _, _ = flow(
+        tables, law, x, z[n], variable(-1), time, jacobian, np.empty((0, EVENT_COLUMNS))
+    )
     if status != DONE or (law.memory and abs(h - z[n]) > 1e-7 * size[n]):
         return False
     for i in range(n):  # noqa: SIM110 - a compiled loop
@@ -283,7 +286,7 @@ def extremes(
     """
     n = tables.c.size
     x = z[:n].copy()
-    h, mode, t = z[n], -1, 0.0
+    h, mode, t = z[n], variable(-1), 0.0
     y = 0.0
     for i in range(n):
         y += tables.c[i] * z[i]

@@ -31,6 +31,7 @@ from aeroflutter.timemarch._kernel_exact import (
     round_off,
     start,
     switch,
+    variable,
     window,
     workspace,
 )
@@ -407,7 +408,7 @@ def settle(
     past = history(n, problem.cycles)
     numbers[:] = np.nan
     own.loops[0] = 0
-    now, t, trend, k = 0, 0.0, 0, -1
+    now, t, trend, k = variable(0), 0.0, variable(0), -1
     xs[0, :n] = x
     y = output(c, xs, 0)
     bound = problem.growth * max(problem.scale, abs(y))
