@@ -6,8 +6,11 @@ are no tests: they print what they find beside what is aimed at, on the machine 
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 import time
 from collections.abc import Callable
+from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
@@ -19,6 +22,20 @@ class Measurement(NamedTuple):
     value: float
     unit: str = "s"
     target: float | None = None
+
+
+BASELINE = Path(__file__).parent / "houbolt_map.f90"
+FLAGS = ["-O3", "-march=native", "-ffast-math"]
+
+
+def fortran_baseline(folder: Path) -> Path | None:
+    """The thesis's method, compiled into a folder; None without a Fortran compiler."""
+    compiler = shutil.which("gfortran")
+    if compiler is None:
+        return None
+    program = folder / "houbolt_map"
+    subprocess.run([compiler, *FLAGS, "-o", program, BASELINE], check=True, cwd=folder)
+    return program
 
 
 def wall_seconds(call: Callable[[], object], repeats: int = 5) -> float:

@@ -6,7 +6,6 @@ by side in one run; medians of alternated rounds of CPU time, compilation left o
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
@@ -20,10 +19,8 @@ from aeroflutter import Hysteresis, SectionFamily, TypicalSection
 from aeroflutter.rootlocus import flutter_speed
 from aeroflutter.timemarch.houbolt import march as houbolt_march
 from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
-from benchmarks import Measurement
+from benchmarks import Measurement, fortran_baseline
 
-SOURCE = Path(__file__).parent / "houbolt_map.f90"
-FLAGS = ["-O3", "-march=native", "-ffast-math"]
 OMEGA_BAR, DELTA_V, DELTA_H = 0.8, 1.0, 0.2
 RATIOS, PITCHES = np.linspace(0.935, 0.955, 10), np.linspace(6.0, 8.0, 5)
 DT, STEPS = 0.1, 50_000
@@ -81,11 +78,9 @@ def _alternated(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
 
 def _fortran(folder: Path, reference: float) -> Callable[[], float] | None:
     """The baseline on the same cells; None without a Fortran compiler."""
-    compiler = shutil.which("gfortran")
-    if compiler is None:
+    program = fortran_baseline(folder)
+    if program is None:
         return None
-    program = folder / "houbolt_map"
-    subprocess.run([compiler, *FLAGS, "-o", program, SOURCE], check=True, cwd=folder)
     grid = (RATIOS.size, PITCHES.size, RATIOS[0], RATIOS[-1], PITCHES[0], PITCHES[-1])
     words = [OMEGA_BAR, reference, DELTA_V, DELTA_H, *grid, DT, STEPS]
 
