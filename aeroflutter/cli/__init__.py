@@ -33,6 +33,7 @@ COMMANDS = {
     "loop": "Whether a describing function can be believed: Bode, Nyquist, harmonics, verdict.",
     "spring": "The spring's path under a prescribed motion, and its describing function.",
     "simulate": "March in time: traces, end state, limit cycle, speed sweeps.",
+    "chaos": "Periodic, quasi-periodic or chaotic: Lyapunov exponents, peaks against speed.",
     "map": "Flutter maps: how the motion ends over airspeed and initial pitch.",
     "reproduce": "The figures and tables of the thesis, by their own numbers.",
     "sweep": "Monte-Carlo: flutter speed, onset and amplitude over uncertain sections.",

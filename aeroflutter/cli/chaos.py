@@ -1,0 +1,378 @@
+"""`aeroflutter chaos`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.simulate import late_bar
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from aeroflutter.case import Case
+    from aeroflutter.chaos import Band, ChaosOptions, ChaosResult, ChaosScan, Edge
+    from aeroflutter.lure import LureSystem
+    from aeroflutter.timemarch.response import Initial
+
+MOST_PEAKS = 100
+HALVINGS = 10
+
+
+def chaos(
+    case: CaseName,
+    *,
+    speed_ratio: Annotated[
+        str | None,
+        Parameter(help="Airspeed over the case's linear flutter speed: R, or A:B:N for a scan."),
+    ] = None,
+    speed: Annotated[
+        str | None, Parameter(help="Airspeed U* = V/(b omega_alpha): U, or A:B:N for a scan.")
+    ] = None,
+    alpha_deg: Annotated[
+        float | None, Parameter(help="Initial pitch in degrees; the case's own by default.")
+    ] = None,
+    zeta_alpha: Annotated[
+        str | None,
+        Parameter(help="Structural damping in pitch, Z or A:B:N, at the one speed given."),
+    ] = None,
+    zeta_xi: Annotated[
+        str | None,
+        Parameter(help="The same in heave; as many values as --zeta-alpha, or one."),
+    ] = None,
+    follow: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="In a scan, start each motion where the one before ended.",
+        ),
+    ] = False,
+    edges: Annotated[
+        bool,
+        Parameter(
+            negative=(),
+            show_default=False,
+            help="After a scan, halve the gaps at the edges of chaotic bands ten times.",
+        ),
+    ] = False,
+    cycles: Annotated[
+        int | None,
+        Parameter(help="Oscillations measured (default 20000; 1000 for cubic springs)."),
+    ] = None,
+    transient: Annotated[int, Parameter(help="Oscillations left out before.")] = 500,
+    exponents: Annotated[int, Parameter(help="Lyapunov exponents, largest first.")] = 3,
+    options: CaseOptions = CaseOptions(),
+    output: Output = Output(),
+) -> None:
+    """Say whether the motion is periodic, quasi-periodic or chaotic, by its Lyapunov exponents.
+
+    Give --speed-ratio or --speed. A range of speeds, or of damping at one speed, gives the peaks
+    of pitch and the exponents against it, and the bands of chaos.
+    """
+    from aeroflutter.chaos import ChaosOptions
+
+    output.check()
+    loaded = options.load(case)
+    study = _Study.of(loaded, speed_ratio, speed, zeta_alpha, zeta_xi, alpha_deg)
+    settings = ChaosOptions(cycles=cycles, transient=transient, exponents=exponents)
+    if study.values.size == 1:
+        _one(study, settings, output)
+    else:
+        _scan(study, settings, follow, edges, output)
+
+
+@dataclass(frozen=True)
+class _Study:
+    """What is asked for: a case over speeds, or over damping at one speed."""
+
+    case: Case
+    start: Initial
+    flutter: float | None
+    speeds: NDArray[np.float64]
+    damping: tuple[tuple[str, NDArray[np.float64]], ...]
+
+    @classmethod
+    def of(
+        cls,
+        case: Case,
+        speed_ratio: str | None,
+        speed: str | None,
+        zeta_alpha: str | None,
+        zeta_xi: str | None,
+        alpha_deg: float | None,
+    ) -> _Study:
+        """Check what was given together."""
+        from aeroflutter.rootlocus import flutter_speed
+        from aeroflutter.timemarch.response import Initial
+
+        flutter = flutter_speed(case.family())
+        speeds = _speeds(speed_ratio, speed, flutter)
+        given = (("zeta_alpha", zeta_alpha), ("zeta_xi", zeta_xi))
+        damping = tuple(
+            (name, numbers("--" + name.replace("_", "-"), text))
+            for name, text in given
+            if text is not None
+        )
+        sizes = {values.size for _, values in damping} - {1}
+        if len(sizes) > 1:
+            raise InputError("--zeta-alpha, --zeta-xi: give as many values of one as of the other")
+        if sizes and speeds.size > 1:
+            raise InputError("--zeta-alpha, --zeta-xi: a range needs a single speed")
+        motion = case.initial._asdict()
+        if alpha_deg is not None:
+            motion["alpha"] = math.radians(alpha_deg)
+        return cls(case, Initial(**motion), flutter, speeds, damping)
+
+    @property
+    def varied(self) -> str:
+        """The parameter of a scan."""
+        names = [name for name, values in self.damping if values.size > 1]
+        return names[0] if names else "speed_ratio" if self.flutter else "speed"
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Its values."""
+        if self.varied == "speed_ratio" and self.flutter:
+            return self.speeds / self.flutter
+        return dict(self.damping).get(self.varied, self.speeds)
+
+    def case_at(self, value: float) -> Case:
+        """The case with its damping at a value of the parameter."""
+        case = self.case
+        for name, values in self.damping:
+            share = values[-1] if values.size == 1 else self._beside(values, value)
+            case = case.replace(f"section.{name}", float(share))
+        return case
+
+    def _beside(self, values: NDArray[np.float64], value: float) -> float:
+        """The value of one damping that goes with that of the parameter."""
+        import numpy as np
+
+        order = np.argsort(self.values)
+        return float(np.interp(value, self.values[order], values[order]))
+
+    def speed_at(self, value: float) -> float:
+        """U* at a value of the parameter."""
+        if self.speeds.size == 1:
+            return float(self.speeds[0])
+        return value * self.flutter if self.varied == "speed_ratio" and self.flutter else value
+
+    def system(self, value: float) -> LureSystem:
+        """The section at a value of the parameter."""
+        return self.case_at(value).family().at(self.speed_at(value))
+
+    def facts(self, value: float) -> dict[str, Any]:
+        """Speed, its ratio and the damping at a value."""
+        section = self.case_at(value).section
+        speed = self.speed_at(value)
+        return {
+            "speed": speed,
+            "speed_ratio": speed / self.flutter if self.flutter else None,
+            "zeta_alpha": section.zeta_alpha,
+            "zeta_xi": section.zeta_xi,
+        }
+
+
+def _speeds(ratio: str | None, speed: str | None, flutter: float | None) -> NDArray[np.float64]:
+    if (ratio is None) == (speed is None):
+        raise InputError("--speed-ratio or --speed: give exactly one of the two")
+    name, text = ("--speed", speed) if ratio is None else ("--speed-ratio", ratio)
+    values = numbers(name, text or "")
+    if not (values > 0.0).all():
+        raise InputError(f"{name}: must be positive")
+    if name == "--speed":
+        return values
+    if flutter is None:
+        raise InputError(
+            "--speed-ratio: the section has no linear flutter speed to refer to; give --speed"
+        )
+    return values * flutter
+
+
+def _one(study: _Study, settings: ChaosOptions, output: Output) -> None:
+    from aeroflutter.chaos import chaos as analyse
+
+    value = float(study.values[0])
+    system, spring = study.system(value), study.case.spring
+    with late_bar("following the motion") as tick:
+        result = analyse(system, spring, study.start, settings, tick)
+    payload = {
+        "title": study.case.title,
+        "flutter_speed": study.flutter,
+        "alpha_deg": math.degrees(study.start.alpha),
+        **study.facts(value),
+        **_numbers(result),
+    }
+    output.deliver(
+        payload,
+        text=lambda: _show(study, payload),
+        dataset=lambda: _dataset(result, study),
+        figure=lambda: _figure(study, value, system, result),
+    )
+
+
+def _numbers(result: ChaosResult) -> dict[str, Any]:
+    """What one motion has come to."""
+    import numpy as np
+
+    found = result.exponents
+    return {
+        "verdict": result.verdict,
+        "name": result.name,
+        "reason": result.reason,
+        "lyapunov": found.values,
+        "lyapunov_error": found.error,
+        "statistical_error": found.statistical,
+        "drift": found.drift,
+        "resolution": found.resolution,
+        "dimension": found.dimension,
+        "loops": result.loops,
+        "period": result.period,
+        "multiplier": result.multiplier,
+        "floquet_exponent": result.floquet,
+        "amplitude_deg": math.degrees(result.amplitude),
+        "bias_deg": math.degrees(result.bias),
+        "cycles": result.section.pitch.size,
+        "transient": result.transient,
+        "return_time": result.return_time,
+        "engine": result.engine,
+        "peaks_deg": np.degrees(result.peaks(MOST_PEAKS)),
+    }
+
+
+def _show(study: _Study, payload: dict[str, Any]) -> None:
+    """Print one motion for people."""
+    print(study.case.title)
+    hidden = ("title", "name", "verdict", "peaks_deg")
+    lists = ("lyapunov", "lyapunov_error", "statistical_error", "drift")
+    facts = {"verdict": payload["name"]} | {
+        key: value for key, value in payload.items() if key not in (*hidden, *lists)
+    }
+    show_facts(facts)
+    rows = zip(*(list(payload[name]) for name in lists), strict=True)
+    show_table(
+        ("exponent", "per unit tau", "error", "statistical", "drift"),
+        [(i, *map(float, row)) for i, row in enumerate(rows, 1)],
+    )
+
+
+def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, output: Output) -> None:
+    from aeroflutter.chaos import chaos_scan
+
+    with late_bar("scanning") as tick:
+        scan = chaos_scan(
+            study.system, study.values, study.case.spring, study.start, settings,
+            follow=follow, progress=tick,
+        )  # fmt: skip
+        bands = [_band(study, band, settings, edges) for band in scan.bands]
+    payload = {
+        "title": study.case.title,
+        "flutter_speed": study.flutter,
+        "alpha_deg": math.degrees(study.start.alpha),
+        "parameter": study.varied,
+        "points": [
+            study.facts(float(value)) | _numbers(result)
+            for value, result in zip(scan.values, scan.results, strict=True)
+        ],
+        "bands": bands,
+    }
+    output.deliver(
+        payload,
+        text=lambda: _show_scan(study, scan, bands),
+        dataset=lambda: _dataset(scan, study),
+        figure=lambda: _scan_figure(study, scan),
+    )
+
+
+def _band(study: _Study, band: Band, settings: ChaosOptions, halve: bool) -> dict[str, Any]:
+    """A band of chaos, its edges as [value without chaos, value with it]."""
+    from aeroflutter.chaos import band_edge
+
+    def refined(edge: Edge | None) -> list[float] | None:
+        if edge is None:
+            return None
+        if halve:
+            edge = band_edge(study.system, edge, study.case.spring, study.start, settings, HALVINGS)
+        return [float(edge.outside), float(edge.inside)]
+
+    return {
+        "first": band.first,
+        "last": band.last,
+        "lower_edge": refined(band.lower),
+        "upper_edge": refined(band.upper),
+    }
+
+
+def _show_scan(study: _Study, scan: ChaosScan, bands: list[dict[str, Any]]) -> None:
+    print(study.case.title)
+    name = {"speed_ratio": "U*/U*_L", "speed": "U*"}.get(study.varied, study.varied)
+    rows = []
+    for value, result in zip(scan.values, scan.results, strict=True):
+        found, second = result.exponents, None
+        if found.values.size > 1:
+            second = float(found.values[1])
+        rows.append(
+            (float(value), result.name, float(found.values[0]), float(found.error[0]), second,
+             math.degrees(result.amplitude))
+        )  # fmt: skip
+    show_table((name, "motion", "lambda 1", "error", "lambda 2", "amplitude (deg)"), rows)
+    for band in bands:
+        print(f"chaos from {_place(band, 'lower')} to {_place(band, 'upper')}")
+    if not bands:
+        print("no chaos")
+
+
+def _place(band: dict[str, Any], side: str) -> str:
+    edge = band[f"{side}_edge"]
+    if edge is None:
+        return f"{band['first' if side == 'lower' else 'last']:.6g} (where the scan ends)"
+    low, high = sorted(edge)
+    return f"between {low:.6g} and {high:.6g}"
+
+
+def _dataset(result: ChaosResult | ChaosScan, study: _Study) -> xr.Dataset:
+    from aeroflutter.dataset_chaos import to_dataset
+
+    dataset = to_dataset(result, case=study.case)
+    if study.values.size > 1:
+        return dataset.rename({"value": study.varied})
+    facts = study.facts(float(study.values[0]))
+    return dataset.assign_attrs({key: value for key, value in facts.items() if value is not None})
+
+
+def _figure(study: _Study, value: float, system: LureSystem, result: ChaosResult) -> Figure:
+    from aeroflutter.plots.chaos import plot_chaos
+
+    if result.section.pitch.size == 0:
+        raise InputError(f"--plot: the motion is {result.verdict}, there is no attractor to draw")
+    facts = study.facts(value)
+    at = f"$U^*$ = {facts['speed']:.4g}"
+    if facts["speed_ratio"]:
+        at = f"$U^*/U^*_L$ = {facts['speed_ratio']:.4g}"
+    response = result.trace(system, study.case.spring)
+    return plot_chaos(result, response, f"{study.case.title}, {at}: {result.name}")
+
+
+def _scan_figure(study: _Study, scan: ChaosScan) -> Figure:
+    from aeroflutter.plots import style
+    from aeroflutter.plots.chaos import plot_chaos_scan
+
+    labels = {
+        "speed_ratio": style.SPEED_RATIO,
+        "speed": style.SPEED,
+        "zeta_alpha": r"damping ratio $\zeta_\alpha$",
+        "zeta_xi": r"damping ratio $\zeta_\xi$",
+    }
+    label = labels[study.varied]
+    if sum(values.size > 1 for _, values in study.damping) > 1:
+        label = r"damping ratio $\zeta_\alpha$, with $\zeta_\xi$ along"
+    return plot_chaos_scan(scan, label, study.case.title)

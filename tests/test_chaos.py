@@ -1,0 +1,399 @@
+"""Lyapunov exponents and verdicts: identities, closed forms, other methods, published bands."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import scipy.linalg
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from aeroflutter import (
+    Cubic,
+    Freeplay,
+    Hysteresis,
+    InputError,
+    Linear,
+    LureSystem,
+    SectionFamily,
+    TypicalSection,
+)
+from aeroflutter.chaos import Band, ChaosOptions, Edge, band_edge, chaos, chaos_scan
+from aeroflutter.chaos import _kernel_tangent as kernel
+from aeroflutter.chaos.exact import ExactEngine
+from aeroflutter.chaos.exponents import measured, of_eigenvalues
+from aeroflutter.chaos.growth import Landing, first_tangents
+from aeroflutter.chaos.smooth import SmoothEngine, slope_law
+from aeroflutter.chaos.verdict import recurrence
+from aeroflutter.rootlocus import flutter_speed
+from aeroflutter.timemarch._kernel_exact import REVERSAL
+from aeroflutter.timemarch._kernel_exact_march import EVENT_COLUMNS, flow
+from aeroflutter.timemarch.prepared import Prepared
+from aeroflutter.timemarch.response import Initial
+
+DEGREE = np.pi / 180
+FAMILY = SectionFamily(TypicalSection(omega_bar=0.2))
+FLUTTER = flutter_speed(FAMILY)
+FREEPLAY = Freeplay(0.5 * DEGREE)
+SEVEN = Initial(alpha=7 * DEGREE)
+SHORT = ChaosOptions(cycles=4000)
+
+
+def at(ratio):
+    return FAMILY.at(ratio * FLUTTER)
+
+
+def landing(x, memory=0.0):
+    """A state from which to follow a motion, wherever it goes."""
+    nan = float("nan")
+    return Landing(
+        state="undecided", reason="", loops=0, period=nan, multiplier=nan, rest=nan,
+        state_vector=np.array(x, dtype=float), memory=memory,
+    )  # fmt: skip
+
+
+def carried(prepared, x, memory, tangents, count):
+    """Tangents after `count` maxima, undone of their scaling, and the time."""
+    n, k = x.size, tangents.shape[1]
+    columns = []
+    for i in range(k):
+        one = tangents[:, i : i + 1].copy()
+        state, times, logs = x.copy(), np.empty(count), np.empty((count, 1))
+        status, found, *_ = kernel.returns(
+            prepared.tables, prepared.law, state, memory, -1, 0, one, np.ones(n + 1), np.zeros(n),
+            np.empty((count, n + 1)), times, np.empty(count), logs,
+        )  # fmt: skip
+        assert (status, found) == (kernel.DONE, count)
+        columns.append(one[:, 0] * np.exp(logs[-1, 0]))
+    return np.array(columns).T, times[-1]
+
+
+# The variational flow -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("spring", "ratio", "alpha", "reversals"),
+    [
+        (FREEPLAY, 0.3, 7 * DEGREE, False),
+        (Hysteresis(0.4, 1.0), 0.7, 6.0, False),
+        (Hysteresis(0.2, 1.0), 0.4, 6.0, True),
+        (Hysteresis(0.2, 1.0), 0.5, -2.0, True),
+    ],
+    ids=["freeplay", "run 102", "run 101", "run 101 from below"],
+)
+def test_tangents_are_the_derivative_of_the_flow(spring, ratio, alpha, reversals):
+    # Central differences of the exact flow over the time of some maxima, through many switches
+    # and memories: h = alpha - V is taken up where pitch turns back on a flat, and released
+    # later. Their error is round-off over the step, some 1e-9 of the growth.
+    prepared = Prepared.of(at(ratio), spring)
+    x, memory = Initial(alpha=alpha).start(at(ratio), spring)
+    n, step = x.size, 1e-6 * np.abs(x).max()
+    tangents, time = carried(prepared, x, memory, np.eye(n + 1)[:, :n], 12)
+    events, jacobian = np.zeros((500, EVENT_COLUMNS)), np.empty((n + 1, n + 2))
+
+    def end(moved):
+        _, _, _, count = flow(
+            prepared.tables, prepared.law, moved, memory, -1, time, jacobian, events
+        )
+        return moved, events[:count, 1]
+
+    turned = np.flatnonzero(end(x.copy())[1] == REVERSAL)
+    assert (turned.size > 0 and turned[0] < end(x.copy())[1].size - 1) == reversals
+    for i in range(n):
+        shift = step * np.eye(n)[i]
+        numeric = (end(x + shift)[0] - end(x - shift)[0]) / (2 * step)
+        allowed = 1e-7 * np.abs(tangents).max()
+        np.testing.assert_allclose(tangents[:n, i], numeric, rtol=0, atol=allowed)
+
+
+def test_direction_of_the_flow_is_carried_into_itself():
+    # d/dt of x' = f(x) is the variational equation: f(x(t)) = Phi f(x(0)), for any spring.
+    system, prepared = at(0.3), Prepared.of(at(0.3), FREEPLAY)
+    x = chaos(system, FREEPLAY, SEVEN, ChaosOptions(cycles=80)).final_state
+
+    def rate(state):
+        return system.A @ state - system.b * FREEPLAY.moment(system.c @ state)
+
+    begin = np.append(rate(x), 0.0)[:, None]
+    tangents, time = carried(prepared, x, 0.0, begin, 8)
+    end = x.copy()
+    flow(prepared.tables, prepared.law, end, 0.0, -1, time, np.empty((7, 8)),
+         np.empty((0, EVENT_COLUMNS)))  # fmt: skip
+    np.testing.assert_allclose(tangents[:6, 0], rate(end), rtol=0, atol=1e-12)
+
+
+# Closed forms ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.9, 1.03])
+def test_linear_section_grows_at_the_real_part_of_its_root(ratio):
+    # Between two maxima of the leading mode its plane is multiplied by exp(Re p T), both ways
+    # alike; other modes have died out in the transient.
+    system = at(ratio)
+    growth = ExactEngine.of(system, Linear()).grow(landing([0, 1, 0, 0, 0, 0]), 200, 100, 2)
+    found = measured(growth.time, growth.logs, 4)
+    exact = np.linalg.eigvals(system.closed(1.0)).real.max()
+    assert abs(exact) > 1e-4
+    np.testing.assert_allclose(found.values, exact, rtol=1e-9)
+
+
+def test_all_exponents_add_up_to_the_trace():
+    # Liouville: c b = 0 for the section, so the trace of A - k b c is that of A on every piece.
+    found = chaos(at(0.3), FREEPLAY, SEVEN, ChaosOptions(cycles=2000, exponents=6))
+    assert found.verdict == "chaotic"
+    assert found.exponents.values.sum() == pytest.approx(np.trace(at(0.3).A), rel=1e-9)
+    assert np.all(np.diff(found.exponents.values) < 0)
+
+
+def test_direction_of_the_flow_has_no_exponent():
+    # A chaotic motion of an autonomous system has one exponent that is exactly zero.
+    found = chaos(at(0.29), FREEPLAY, SEVEN).exponents
+    assert abs(found.values[1]) <= found.error[1] < 0.01 * found.values[0]
+
+
+def test_motion_at_rest_has_the_exponents_of_its_branch():
+    found = chaos(at(0.12), FREEPLAY, SEVEN)
+    assert (found.verdict, found.amplitude) == ("damped", 0.0)
+    roots = np.sort(np.linalg.eigvals(at(0.12).closed(0.0)).real)[::-1]
+    np.testing.assert_allclose(found.exponents.values, roots[:3], atol=1e-14)
+    away = chaos(at(1.05), FREEPLAY, SEVEN)
+    assert away.verdict == "divergent"
+    top = np.linalg.eigvals(at(1.05).closed(1.0)).real.max()
+    assert away.exponents.values[0] == pytest.approx(top)
+
+
+# Two methods ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.24, 0.39])
+def test_exponents_of_a_cycle_are_its_multipliers(ratio):
+    # Real leading multiplier: lambda_1 = 0 and lambda_2 = log|mu_2|/T, by Newton and its Jacobian.
+    found = chaos(at(ratio), FREEPLAY, SEVEN, SHORT)
+    assert found.verdict == "periodic"
+    assert abs(found.exponents.values[0]) < 1e-11
+    assert found.exponents.values[1] == pytest.approx(found.floquet, rel=1e-6)
+
+
+def test_exponents_of_the_published_cycle_of_run_103():
+    # Chung, He & Lee 2009 at 0.85: period 82.78, multipliers 0.0955 ± 0.1477 i; their modulus is
+    # good to the 0.3 % by which two event-exact computations differ from the print.
+    found = chaos(at(0.85), Hysteresis(1.0, 1.0), Initial(alpha=6.0), SHORT)
+    assert found.period == pytest.approx(82.78, rel=1e-3)
+    pair = found.exponents.values[1:3].mean()
+    assert np.exp(pair * found.period) == pytest.approx(math.hypot(0.0955, 0.1477), rel=3e-3)
+    assert pair == pytest.approx(found.floquet, rel=1e-9)
+
+
+def two_trajectories(system, spring, state, windows, window, apart=1e-9):
+    """Largest exponent by two neighbours, brought together again after every window: Benettin."""
+    prepared, n = Prepared.of(system, spring), state.size
+    none, jacobian = np.empty((0, EVENT_COLUMNS)), np.empty((n + 1, n + 2))
+    size = np.abs(state).max()
+    direction = np.random.default_rng(1).standard_normal(n)
+    gains, x = [], state.copy()
+    for _ in range(windows):
+        y = x + apart * size * direction / np.linalg.norm(direction)
+        for z in (x, y):
+            flow(prepared.tables, prepared.law, z, 0.0, -1, window, jacobian, none)
+        direction = y - x
+        gains.append(np.log(np.linalg.norm(direction) / (apart * size)) / window)
+    blocks = np.array(gains[len(gains) // 10 :]).reshape(18, -1).mean(axis=1)
+    return blocks.mean(), 2.1 * blocks.std(ddof=1) / np.sqrt(18)
+
+
+@pytest.mark.parametrize("ratio", [0.27, 0.29, 0.32])
+def test_two_neighbouring_trajectories_part_at_the_exponent(ratio):
+    # Two runs of a chaotic motion differ, so the estimates can only agree within their errors.
+    found = chaos(at(ratio), FREEPLAY, SEVEN, ChaosOptions(cycles=8000))
+    other, spread = two_trajectories(at(ratio), FREEPLAY, found.final_state, 4000, 40.0)
+    assert other == pytest.approx(found.exponents.values[0], abs=spread + found.exponents.error[0])
+    assert other > 10 * spread
+
+
+def rounded(width):
+    """The freeplay with corners rounded by softplus over `width` of the gap."""
+
+    class Rounded(Freeplay):
+        kind = "rounded"
+
+        def moment(self, alpha, memory=0.0):
+            w, half = width * self.gap, self.gap / 2
+            y = np.asarray(alpha, dtype=float)
+            return w * (np.logaddexp(0, (y - half) / w) - np.logaddexp(0, (-y - half) / w))
+
+    return Rounded(FREEPLAY.gap)
+
+
+def test_dop853_tends_to_the_exact_tangents_as_the_corners_sharpen():
+    # Rounding the corners over w changes what the spring has done across one by O(w²), both in
+    # the motion and in its tangents; over some oscillations that is the order seen.
+    system = at(0.3)
+    x = Initial(alpha=0.4 * DEGREE, xi=0.005).vector(system)
+    first = np.append(np.linalg.qr(first_tangents(6, 1))[0], [[0.0]], axis=0)
+    tangents, time = carried(Prepared.of(system, FREEPLAY), x, 0.0, first, 4)
+    exact = np.log(np.linalg.norm(tangents))
+    widths, errors = np.array([0.01, 0.005, 0.0025]), []
+    for width in widths:
+        one_window = dataclasses.replace(landing(x), period=time, loops=1)
+        growth = SmoothEngine(system, rounded(width)).grow(one_window, 1, 0, 1)
+        errors.append(abs(growth.logs[-1, 0] - exact))
+    assert np.polyfit(np.log(widths), np.log(errors), 1)[0] == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.slow
+def test_smoothed_spring_on_dop853_has_the_same_exponents():
+    # Corners rounded over 1 % of the gap: another engine, other variational equations.
+    system, spring = at(0.3), rounded(0.01)
+    exact = chaos(system, FREEPLAY, SEVEN)
+    growth = SmoothEngine(system, spring).grow(landing(exact.final_state), 400, 50, 2)
+    found = measured(growth.time, growth.logs, 20)
+    assert found.values[0] > 3 * found.error[0]
+    allowed = found.error + exact.exponents.error[:2]
+    assert np.all(np.abs(found.values - exact.exponents.values[:2]) <= allowed)
+
+
+def test_dop853_and_the_closed_form_of_a_linear_spring():
+    system = at(0.9)
+    growth = SmoothEngine(system, Cubic(1.0, 0.0)).grow(landing([0, 0.1, 0, 0, 0, 0]), 40, 20, 2)
+    found = measured(growth.time, growth.logs, 4)
+    exact = np.linalg.eigvals(system.closed(1.0)).real.max()
+    # Within a window that is no period the two leading directions turn: their mean does not.
+    assert found.values.mean() == pytest.approx(exact, rel=1e-6)
+
+
+def test_cycle_of_a_cubic_spring():
+    found = chaos(
+        at(1.1), Cubic(1.0, 3.0), Initial(alpha=0.2), ChaosOptions(cycles=40, transient=20)
+    )
+    assert (found.name, found.engine) == ("period-1", "smooth")
+    assert abs(found.exponents.values[0]) <= found.exponents.error[0]
+    assert found.exponents.values[1] < -found.exponents.error[1]
+    assert slope_law(Cubic(1.0, 3.0))(0.5) == 1.0 + 9.0 * 0.25
+
+
+# Published bands ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.14, 0.16, 0.18, 0.20, 0.22])
+def test_freeplay_has_limit_cycles_where_price_et_al_have_them(ratio):
+    # Price, Alighanbari & Lee 1995, freeplay of 0.5 deg from 7 deg: limit cycles at 0.14-0.22.
+    found = chaos(at(ratio), FREEPLAY, SEVEN, SHORT)
+    assert found.verdict == "periodic"
+    assert abs(found.exponents.values[0]) <= found.exponents.error[0] < 2e-4
+
+
+@pytest.mark.parametrize("ratio", [0.29, 0.30, 0.31, 0.32])
+def test_freeplay_is_chaotic_where_price_et_al_have_chaos(ratio):
+    found = chaos(at(ratio), FREEPLAY, SEVEN, SHORT)
+    assert found.verdict == "chaotic"
+    assert found.exponents.values[0] > 3 * found.exponents.error[0]
+    assert 2.0 < found.exponents.dimension < 3.0
+
+
+@pytest.mark.parametrize("keys", [("zeta_alpha",), ("zeta_alpha", "zeta_xi")])
+def test_structural_damping_of_a_tenth_removes_the_chaos(keys):
+    damped = SectionFamily(TypicalSection(omega_bar=0.2, **dict.fromkeys(keys, 0.1)))
+    ratios = np.arange(0.25, 0.3501, 0.01)
+    scan = chaos_scan(lambda r: damped.at(r * FLUTTER), ratios, FREEPLAY, SEVEN, SHORT)
+    assert "chaotic" not in scan.verdicts
+    assert np.all(scan.exponents[:, 0] <= scan.errors[:, 0])
+
+
+# Verdicts, errors, scans ----------------------------------------------------------------------
+
+
+@settings(max_examples=5)
+@given(power=st.integers(-20, 20))
+def test_exponents_do_not_depend_on_the_size_of_the_spring(power):
+    # A power of two scales every number of the motion without rounding.
+    factor = 2.0**power
+    options = ChaosOptions(cycles=200, transient=50)
+    one = chaos(at(0.3), FREEPLAY, SEVEN, options)
+    other = chaos(at(0.3), FREEPLAY.scaled(factor), Initial(alpha=7 * DEGREE * factor), options)
+    np.testing.assert_array_equal(one.exponents.values, other.exponents.values)
+    np.testing.assert_array_equal(one.section.pitch * factor, other.section.pitch)
+
+
+def test_torus_is_quasi_periodic():
+    # Two undamped oscillators of frequencies 1 and sqrt(2), seen through their sum, no spring.
+    A = scipy.linalg.block_diag([[0.0, 1.0], [-1.0, 0.0]], [[0.0, 1.0], [-2.0, 0.0]])
+    system = LureSystem(A, np.array([0.0, 1.0, 0.0, 1.0]), np.array([1.0, 0.0, 1.0, 0.0]))
+    found = chaos(system, Linear(0.0), Initial(state=[1, 0, 0.6, 0]), ChaosOptions(cycles=1000))
+    assert found.verdict == "quasi-periodic"
+    assert np.all(np.abs(found.exponents.values) <= found.exponents.error)
+
+
+def test_stated_error_covers_polynomial_growth_and_trends():
+    time = np.arange(1.0, 2001.0)
+    shear = measured(time, np.log1p(time)[:, None], 20)
+    assert 0 < shear.values[0] <= shear.error[0]
+    steady = measured(time, 0.3 * time[:, None], 20)
+    assert steady.values[0] == pytest.approx(0.3, rel=1e-12)
+    assert steady.statistical[0] < 1e-12
+    faster = measured(time, 1e-3 * time[:, None] ** 2, 20)
+    assert faster.error[0] >= abs(faster.drift[0]) > 0.9
+
+
+def test_stated_error_of_noise_holds_the_truth_at_its_confidence():
+    # Independent gains: the 95 % interval of 20 block means must miss in about one case of 20.
+    rng = np.random.default_rng(5)
+    time = np.arange(1.0, 401.0)
+    misses = 0
+    for _ in range(400):
+        found = measured(time, np.cumsum(0.1 + rng.standard_normal(400))[:, None], 20)
+        misses += abs(found.values[0] - 0.1) > found.statistical[0]
+    assert 0.02 < misses / 400 < 0.09
+
+
+def test_dimension_of_kaplan_and_yorke():
+    def dimension(*values):
+        return of_eigenvalues(np.diag(values), len(values)).dimension
+
+    assert dimension(0.5, 0.0, -1.0) == pytest.approx(2.5)
+    assert dimension(0.0, -1.0) == pytest.approx(1.0)
+    assert dimension(-1.0, -2.0) == 0.0
+    assert math.isnan(dimension(1.0, 0.0))
+
+
+def test_recurrence_of_returns():
+    theta = np.arange(4000)[:, None]
+    assert recurrence(np.cos(2 * np.pi * theta / 7)) == 7
+    assert recurrence(np.cos(theta)) == 0
+    assert recurrence(np.empty((0, 3))) == 0
+
+
+def test_bands_and_their_edges():
+    scan = chaos_scan(at, [0.24, 0.28, 0.30, 0.34], FREEPLAY, SEVEN, ChaosOptions(cycles=1000))
+    (band,) = scan.bands
+    assert band == Band(0.28, 0.30, Edge(0.24, 0.28), Edge(0.34, 0.30))
+    edge = band_edge(at, band.upper, FREEPLAY, SEVEN, ChaosOptions(cycles=1000), steps=5)
+    assert abs(edge.outside - edge.inside) == pytest.approx(0.04 / 32)
+    assert 0.32 < edge.inside < edge.outside < 0.34
+    with pytest.raises(InputError, match="values"):
+        chaos_scan(at, [], FREEPLAY)
+
+
+def test_following_stays_with_its_attractor():
+    # Mirror images of a cycle that is not symmetric: followed, the side stays the same.
+    ratios = np.linspace(0.35, 0.40, 11)
+    scan = chaos_scan(at, ratios, FREEPLAY, SEVEN, SHORT, follow=True)
+    sides = {np.sign(result.bias) for result in scan.results}
+    assert set(scan.verdicts) == {"periodic"}
+    assert len(sides) == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"blocks": 3}, "blocks"),
+        ({"cycles": 39}, "cycles"),
+        ({"transient": -1}, "transient"),
+        ({"exponents": 0}, "exponents"),
+    ],
+)
+def test_options_out_of_range_are_named(change, word):
+    with pytest.raises(InputError, match=word):
+        ChaosOptions(**change)
