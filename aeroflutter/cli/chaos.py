@@ -354,12 +354,16 @@ def _figure(study: _Study, value: float, system: LureSystem, result: ChaosResult
 
     if result.section.pitch.size == 0:
         raise InputError(f"--plot: the motion is {result.verdict}, there is no attractor to draw")
-    facts = study.facts(value)
-    at = f"$U^*$ = {facts['speed']:.4g}"
-    if facts["speed_ratio"]:
-        at = f"$U^*/U^*_L$ = {facts['speed_ratio']:.4g}"
     response = result.trace(system, study.case.spring)
-    return plot_chaos(result, response, f"{study.case.title}, {at}: {result.name}")
+    return plot_chaos(result, response, f"{study.case.title}, {_at(study, value)}: {result.name}")
+
+
+def _at(study: _Study, value: float) -> str:
+    """The speed, as titles write it."""
+    facts = study.facts(value)
+    if facts["speed_ratio"]:
+        return f"$U^*/U^*_L$ = {facts['speed_ratio']:.4g}"
+    return f"$U^*$ = {facts['speed']:.4g}"
 
 
 def _scan_figure(study: _Study, scan: ChaosScan) -> Figure:
@@ -375,4 +379,7 @@ def _scan_figure(study: _Study, scan: ChaosScan) -> Figure:
     label = labels[study.varied]
     if sum(values.size > 1 for _, values in study.damping) > 1:
         label = r"damping ratio $\zeta_\alpha$, with $\zeta_\xi$ along"
-    return plot_chaos_scan(scan, label, study.case.title)
+    title = study.case.title
+    if study.speeds.size == 1:
+        title += f", {_at(study, float(scan.values[0]))}"
+    return plot_chaos_scan(scan, label, title)

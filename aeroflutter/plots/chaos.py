@@ -170,7 +170,7 @@ def _peaks(axes: Axes, scan: ChaosScan) -> None:
     for verdict, colour in COLOURS.items():
         if verdict in scan.verdicts:
             axes.plot([], [], "o", color=colour, label=verdict)
-    axes.legend(loc="upper left")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(COLOURS), borderaxespad=0.0)
     axes.set_ylabel("peaks of pitch (deg)")
 
 
