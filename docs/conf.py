@@ -1,6 +1,10 @@
 """Sphinx configuration; build with `make docs`."""
 
+import sys
 from importlib import metadata
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "aeroflutter"
 author = "The aeroflutter developers"
@@ -13,7 +17,19 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "sphinx_gallery.gen_gallery",
 ]
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"/\d",
+    "within_subsection_order": "FileNameSortKey",
+    "show_memory": False,
+    "show_signature": False,
+    "min_reported_time": 1e9,
+    "image_scrapers": ("scraper",),
+    "abort_on_example_error": True,
+}
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 autodoc_member_order = "bysource"
@@ -23,4 +39,4 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 html_theme = "furo"
 html_title = "aeroflutter"
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.md5"]
