@@ -91,8 +91,12 @@ class Walk:
         if not self.stop:
             self.stop = f"max_states = {self.options.max_states} reached"
 
-    def _state(self, x: Array, tangent: Array, arclength: float, newton: int) -> State:
-        values = {name: float(test(x, tangent)) for name, test in self.tests.items()}
+    def _state(
+        self, x: Array, tangent: Array, arclength: float, newton: int, only: str = ""
+    ) -> State:
+        """A state with all its test functions, or with one of them."""
+        tests = {only: self.tests[only]} if only else self.tests
+        values = {name: float(test(x, tangent)) for name, test in tests.items()}
         return State(x, tangent, arclength, values, newton)
 
     def _advance(self, old: State, step: float) -> tuple[State | None, float]:
@@ -209,24 +213,29 @@ class Walk:
         guess = guess + chord * float(normal @ (old.x + t * chord - guess)) / float(normal @ chord)
         return correct(self.problem, guess, normal, self.options)
 
-    def between(self, old: State, new: State, fraction: float) -> State:
-        """The state of the curve above a fraction of the chord from `old` to `new`."""
+    def between(self, old: State, new: State, fraction: float, only: str = "") -> State:
+        """The state of the curve above a fraction of the chord from `old` to `new`.
+
+        Of the test functions, which may be costly, `only` one is evaluated if it is named.
+        """
         if fraction in (0.0, 1.0):
             return new if fraction else old
         x, newton = self.point(old, new, fraction)
         tangent = tangent_at(self.problem, x, old.tangent, self.scale)
         walked = float(np.linalg.norm((x - old.x) / self.scale))
-        return self._state(x, tangent, old.arclength + walked, newton)
+        return self._state(x, tangent, old.arclength + walked, newton, only)
 
     def _zero(self, old: State, new: State, name: str) -> State | None:
-        return self._root(old, new, lambda state: state.tests[name])
+        return self._root(old, new, lambda state: state.tests[name], name)
 
-    def _root(self, old: State, new: State, value: Callable[[State], float]) -> State | None:
+    def _root(
+        self, old: State, new: State, value: Callable[[State], float], only: str = ""
+    ) -> State | None:
         """The state between two others where `value` changes sign, or None."""
         at: dict[float, State] = {}
 
         def f(fraction: float) -> float:
-            at[fraction] = self.between(old, new, fraction)
+            at[fraction] = self.between(old, new, fraction, only)
             return value(at[fraction])
 
         ends = value(old), value(new)

@@ -28,6 +28,7 @@ _FIRST = 7  # harmonics to begin with, where their number is automatic
 _SMALL = 0.02  # distortion below which a describing function is a good start
 _SCALE_SPEED = 0.3
 _STRIDE = 0.2
+_WALKED = 1e-7  # size of the last Newton update on a walk; its error is about the square
 
 
 def harmonic_balance(
@@ -163,19 +164,32 @@ def _enough(
     symmetric: bool,
     flutter: float | None,
 ) -> int:
-    """Harmonics that should do, from quick walks with few of them."""
+    """Harmonics that should do, from a quick walk with few, corrected with more."""
     strides = replace(options, max_step=max(_STRIDE, options.max_step))
     count = min(_FIRST, options.max_harmonics)
+    balance = Balance(family, spring, count, symmetric)
+    curve = _follow(balance, start, strides, None, flutter, endless=True)
+    points = [state.x for state in curve.states]
+    held = [max((AMPLITUDE, SPEED), key=lambda i, t=s.tangent: abs(t[i])) for s in curve.states]
     while True:
-        balance = Balance(family, spring, count, symmetric)
-        curve = _follow(balance, start, strides, None, flutter, endless=True)
         needed = [
-            balance.sufficient(state.x, 0.8 * options.tolerance, options.max_harmonics)
-            for state in curve.states
+            balance.sufficient(x, 0.8 * options.tolerance, options.max_harmonics) for x in points
         ]
         if max(needed, default=0) <= count:
             return count
         count = max(needed)
+        cycles = [balance.unpack(x) for x in points]
+        balance = Balance(family, spring, count, symmetric)
+        points = [_held(balance, *pair) for pair in zip(cycles, held, strict=True)]
+
+
+def _held(balance: Balance, cycle: Cycle, index: int) -> Real:
+    """A cycle corrected with one unknown held, or as it is where that fails."""
+    x = balance.pack(cycle)
+    try:
+        return correct(balance, x, np.eye(x.size)[index], _NEWTON)[0]
+    except ConvergenceError:
+        return x
 
 
 def solve_cycle(
@@ -253,6 +267,7 @@ def _follow(
     scale[SPEED], scale[FREQUENCY] = _SCALE_SPEED, _SCALE_SPEED
     walking = ContinuationOptions(
         step=min(options.step, options.max_step),
+        tolerance=_WALKED,
         max_step=options.max_step,
         max_states=options.max_states,
         low=lowest,
