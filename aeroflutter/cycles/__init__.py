@@ -1,6 +1,7 @@
 """Exact limit cycles of piecewise-linear springs, stable or not, by shooting and continuation."""
 
 from aeroflutter.cycles.at import CyclesAt, cycles_at
+from aeroflutter.cycles.near import cycle_near
 from aeroflutter.cycles.options import CycleOptions
 from aeroflutter.cycles.result import Bifurcation, Cycle, CycleFamily, CycleOnset, LimitCycles
 from aeroflutter.cycles.search import limit_cycles
@@ -15,6 +16,7 @@ __all__ = [
     "CyclesAt",
     "LimitCycles",
     "Tolerance",
+    "cycle_near",
     "cycles_at",
     "least_friction",
     "limit_cycles",

@@ -76,8 +76,9 @@ def _stability(
         no = np.zeros(m, dtype=bool)
         return np.full((m, n), np.nan + 0j), np.full(m, np.nan), no, no
     found = [stability.at(state.x) for state in states]
-    error = np.array([one.error for one in found])
-    certain = np.array([stability.distance(state.x) for state in states]) > error
+    error = np.array([one.error_of_all for one in found])
+    distance = np.array([stability.distance(state.x) for state in states])
+    certain = distance > np.array([one.error for one in found])
     return (
         np.array([one.all for one in found]),
         error,

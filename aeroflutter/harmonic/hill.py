@@ -53,8 +53,8 @@ class Multipliers:
         Of symmetric cycles, those of the half-period map with reflection, in the same order;
         None otherwise.
     error
-        Largest of: distance of the trivial multiplier from one, of the leading coefficient from
-        one, and of the two largest other multipliers from those of the truncation before.
+        Of `basic`; largest of: distance of the trivial multiplier from one, of the leading
+        coefficient from one, and of the two largest other ones from those of the truncation before.
     """
 
     all: Complex
@@ -65,6 +65,13 @@ class Multipliers:
     def basic(self) -> Complex:
         """Those of the half-period map where there is one, else those of the period."""
         return self.all if self.half is None else self.half
+
+    @property
+    def error_of_all(self) -> float:
+        """The error of `all`, which are the squares of `half` where there is one."""
+        if self.half is None:
+            return self.error
+        return 2 * self.error * max(1.0, float(np.max(np.abs(self.half[1:3]))))
 
 
 def multipliers(
