@@ -52,7 +52,7 @@ def stable_cycle(omega_bar: float, spring: Spring, ratio: float, harmonics: int)
     return guess
 
 
-# --- the spring's answer --------------------------------------------------------------------------
+# --- the spring's answer ------------------------------------------------------------------------
 
 LAWS = [
     Hysteresis(1.0, 0.4),
@@ -106,7 +106,7 @@ def test_a_slider_that_never_moves_leaves_a_straight_line(share: float, place: f
     assert given_back.slope(1)[0].real == pytest.approx(1.0, abs=1e-6)
 
 
-# --- one harmonic is the describing function -------------------------------------------------------
+# --- one harmonic is the describing function -----------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_one_harmonic_is_the_describing_function(omega_bar: float, spring: Sprin
     assert tried >= 7
 
 
-# --- many harmonics are the exact cycle ------------------------------------------------------------
+# --- many harmonics are the exact cycle ----------------------------------------------------------
 
 PLACES = [
     (0.8, Hysteresis(1.0, 0.2), 0.95),
@@ -238,7 +238,7 @@ def test_run14_branch_has_the_exact_fold() -> None:
     assert branch.stable[upper].all()
 
 
-# --- the cubic spring ------------------------------------------------------------------------------
+# --- the cubic spring ----------------------------------------------------------------------------
 
 
 def test_lee_jiang_and_wong_1999_beta3_3() -> None:
@@ -296,7 +296,7 @@ def test_scaling_a_cubic_scales_its_cycles() -> None:
     assert np.max(np.abs(10 * small.Y - large.Y)) < 1e-9 * abs(large.Y[1])
 
 
-# --- symmetry, and its loss ------------------------------------------------------------------------
+# --- symmetry, and its loss ----------------------------------------------------------------------
 
 
 def test_general_and_symmetric_equations_agree_on_symmetric_cycles() -> None:
@@ -331,7 +331,7 @@ def test_piecewise_linear_cycles_are_scale_free(factor: float) -> None:
     assert np.max(np.abs(scaled.Y / factor - cycle.Y)) < 1e-10 * abs(cycle.Y[1])
 
 
-# --- options and failures --------------------------------------------------------------------------
+# --- options and failures ------------------------------------------------------------------------
 
 
 def test_bad_options_are_named() -> None:
