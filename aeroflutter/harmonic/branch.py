@@ -170,7 +170,8 @@ def _enough(
     balance = Balance(family, spring, count, symmetric)
     curve = _follow(balance, start, strides, None, flutter, endless=True)
     points = [state.x for state in curve.states]
-    held = [max((AMPLITUDE, SPEED), key=lambda i, t=s.tangent: abs(t[i])) for s in curve.states]
+    steep = [abs(s.tangent[SPEED]) > abs(s.tangent[AMPLITUDE]) for s in curve.states]
+    held = [SPEED if so else AMPLITUDE for so in steep]
     while True:
         needed = [
             balance.sufficient(x, 0.8 * options.tolerance, options.max_harmonics) for x in points
