@@ -47,7 +47,7 @@ def lco(
     depth: Annotated[
         int,
         Parameter(help="Rounds of switching to the branches at broken symmetry, doubled period."),
-    ] = 1,
+    ] = 2,
     simulations: Annotated[
         int,
         Parameter(help="Initial pitches, at each of ten speeds, that look for isolated families."),

@@ -81,14 +81,15 @@ def _newton_update(
 ) -> Array:
     """Scaled Newton update; not finite where the problem is."""
     residual, jacobian = problem.residual(point), problem.jacobian(point) * scale
-    if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
+    if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
         return np.full(point.shape, np.nan)
     try:
         if direction is None:
             return np.asarray(-np.linalg.lstsq(jacobian, residual)[0])
         row = np.asarray(direction, dtype=float) * scale
-        matrix = np.vstack((jacobian, row / np.linalg.norm(row)))
-        return np.asarray(np.linalg.solve(matrix, -np.append(residual, 0.0)))
+        matrix, right = np.empty((point.size, point.size)), np.zeros(point.size)
+        matrix[:-1], matrix[-1], right[:-1] = jacobian, row / np.linalg.norm(row), -residual
+        return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
         return np.full(point.shape, np.nan)
 

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.cycles.follow import Place, Strand, between
-from aeroflutter.cycles.result import Bifurcation, CycleFamily, CycleOnset
+from aeroflutter.cycles.result import Bifurcation, Cycle, CycleFamily, CycleOnset
 
 __all__ = ["Family", "assemble", "lowest"]
 
 Array = NDArray[np.float64]
 
+_CLOSURE, _TRIVIAL = 1e-10, 1e-8  # closure and trivial multiplier of a cycle that is returned
+_TOGETHER = 1e-8  # U/U_ref within which neighbouring changes of sequence are one
 _CROWDED = 0.05  # of the wanted spacing: closer cycles are left out
 
 
@@ -42,6 +44,11 @@ class Family:
             for one, other in zip(strand.places[:-1], strand.places[1:], strict=True):
                 if one.leg is other.leg:
                     yield one, other
+
+    @property
+    def left_out(self) -> tuple[Cycle, ...]:
+        """Cycles too unstable to be returned."""
+        return tuple(place.cycle for place in self.places if not _closes(place.cycle))
 
     def marked(self, *kinds: str) -> list[Place]:
         """Places where one of these happens."""
@@ -77,12 +84,13 @@ def assemble(
         places = [replace(place, at=shift - place.at) for place in sides[1][:0:-1]]
         places += [replace(place, at=shift + place.at) for place in sides[0]]
     places = [replace(p, cycle=replace(p.cycle, family=number)) for p in places]
+    cycles = [place.cycle for place in places]
     facts = CycleFamily(
         number=number,
         origin=origin,
         symmetric=ahead.middle.leg.shooting.symmetric,
         parent=parent,
-        cycles=tuple(place.cycle for place in places),
+        cycles=tuple(cycle for cycle in cycles if _closes(cycle)),
         bifurcations=_bifurcations(places),
         stopped=(start, ahead.stop),
         closed=ahead.closed,
@@ -97,11 +105,24 @@ def _resolved(places: list[Place]) -> list[Place]:
     result: list[Place] = []
     for place in places:
         if place.kind and result and result[-1].kind:
+            if _one_event(result[-1], place):
+                continue
             middle = between(result[-1], place)
             if middle is not None:
                 result.append(middle)
         result.append(place)
     return result
+
+
+def _closes(cycle: Cycle) -> bool:
+    """Whether a cycle is good to all digits; a very unstable one magnifies round-off."""
+    return cycle.closure < _CLOSURE and abs(cycle.multipliers[0] - 1.0) < _TRIVIAL
+
+
+def _one_event(one: Place, other: Place) -> bool:
+    """Whether two changes of sequence are one, located twice."""
+    gap = abs(one.cycle.speed - other.cycle.speed) / one.leg.shooting.reference
+    return one.kind == other.kind == "grazing" and gap < _TOGETHER
 
 
 def _spacing(places: list[Place]) -> Array:
@@ -116,7 +137,7 @@ def _filled(places: list[Place], points: int, total: float) -> list[Place]:
     wanted = total / max(points - 1, 1)
     kept = [places[0]]
     for before, place, gap in zip(places[:-1], places[1:], _spacing(places), strict=True):
-        count = int(np.ceil(gap / wanted)) if wanted > 0 else 1
+        count = max(1, round(gap / wanted)) if wanted > 0 else 1
         steps = [between(before, place, step / count) for step in range(1, count)]
         kept += [middle for middle in steps if middle is not None]
         if not place.seam and (place is places[-1] or not _crowded(kept[-1], place, wanted)):

@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 _GROWTH = 1.6  # a leg ends when the cycle has grown or shrunk by this
 _SAME = 1e-6  # relative difference between two measurements of one cycle
 _CLOSE = 1e-11  # closure of a cycle
+_BEYOND = 1e-4  # first step beyond a corner: another part of the curve may be near
 _COINCIDE = 1e-6  # distance within which a corner and a change of sequence are one event
 
 BACK = "the family comes back to the one it branched from"
@@ -125,18 +126,20 @@ def follow(
     strand = Strand()
     leg = start_leg(frame, shooting, q, along, options, half=half)
     strand.add(leg, leg.walk.first)
+    turned_at = -np.inf
     while not strand.stop:
         q, along = _walk(leg, strand, options, watch)
         corner = _corner(leg, strand) if strand.stop == STALLED else None
-        if corner is not None:
-            strand.stop, (q, along) = "", corner
+        if corner is not None and strand.end.at > turned_at + _BEYOND:
+            strand.stop, (q, along), turned_at = "", corner, strand.end.at
         if len(strand.places) > options.max_states:
             strand.stop = f"{options.max_states} cycles were followed"
         if strand.stop:
             break
         try:
             at = strand.end.at
-            leg = start_leg(frame, leg.shooting, q, along, options, offset=at, half=half)
+            step = None if corner is None else _BEYOND
+            leg = start_leg(frame, leg.shooting, q, along, options, offset=at, half=half, step=step)
             strand.add(leg, leg.walk.first, seam=corner is None)
         except ConvergenceError as error:
             strand.stop = f"the cycle could not be started from elsewhere: {error}"
@@ -160,13 +163,16 @@ def _walk(
             strand.stop = BACK
             return old.x, old.tangent
         strand.stop = _note(leg, strand, _happenings(leg, old, state, located(leg, events)))
-        strand.stop = strand.stop or ("" if leg.switches(state.x) else _LINEAR)
         if strand.stop:
             return state.x, state.tangent
         if len(strand.places) > 4 and crossing(leg, old, state, strand.places[0].cycle):
             strand.stop, strand.closed = _CLOSED, True
             return state.x, state.tangent
         cycle = strand.add(leg, state).cycle
+        if cycle.switches == 0:
+            strand.places.pop()
+            strand.stop = _LINEAR
+            return state.x, state.tangent
         watch(cycle)
         strand.stop = _limit(leg, cycle, options) or _named(leg, walk.stop)
         grown = cycle.amplitude / start.amplitude
@@ -190,6 +196,8 @@ def _corner(leg: Leg, strand: Strand) -> tuple[Array, Array] | None:
     found = turned(leg, strand.end.state, leg.switches(before.state.x))
     if found is not None:
         reverses = found[1][-1] * (strand.end.state.x - before.state.x)[-1] < 0
+        while strand.places[-2].kind == "grazing" and strand.places[-2].at > near:
+            del strand.places[-2]  # the same event
         strand.places[-1] = replace(strand.end, kind="corner" if reverses else "grazing")
     return found
 
@@ -210,8 +218,7 @@ def _happenings(
 def _note(leg: Leg, strand: Strand, found: list[tuple[str, State]]) -> str:
     """Add what happens to the strand, and say why it ends if it does."""
     for kind, state in found:
-        strand.add(leg, state, kind)
-        if kind == "grazing" and not leg.switches(state.x):
+        if strand.add(leg, state, kind).cycle.switches == 0:
             return _LINEAR
     return ""
 

@@ -28,6 +28,7 @@ from aeroflutter.cycles.result import Cycle
 from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.cycles.spectrum import Spectra
 from aeroflutter.errors import ConvergenceError
+from aeroflutter.springs import Hysteresis
 
 __all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned", "unlikeness"]
 
@@ -35,6 +36,7 @@ Array = NDArray[np.float64]
 Switches = tuple[tuple[int, int], ...]
 
 FOLD, FLIP, TORUS, RETURN = "fold", "flip", "torus", "return"
+_STOP = -1  # among kinds of switches
 STALLED = "Newton's method fails at any step"
 
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and of U/U_ref in the arclength
@@ -44,6 +46,8 @@ _TOGETHER = 1e-8  # U/U_ref within which changes of sequence are one
 _CHANGES = 12  # changes of sequence within one step
 _SMALLEST = 1e-9  # step
 _REACHES = (1e-7, 1e-6, 1e-5, 1e-4)  # how far beyond a corner its other side is looked at
+_FURTHER = 1e2  # times that is the first step beyond it
+_AT_STOP = 1e-9  # of the spring's size: a memory this near to a stop is on it
 
 
 @dataclass(eq=False)
@@ -71,8 +75,16 @@ class Leg:
         return cycle_at(self.frame, self.shooting, state.x, self.spectra)
 
     def switches(self, x: Array) -> Switches:
-        """Its switching sequence over the (half) period."""
-        return self.shooting.shot(x).passage.switches
+        """Its switching sequence over the (half) period, led by the stop that it starts on."""
+        return self._stop(x) + self.shooting.shot(x).passage.switches
+
+    def _stop(self, x: Array) -> Switches:
+        spring = self.frame.loop.spring
+        if not isinstance(spring, Hysteresis):
+            return ()
+        slack = _AT_STOP * spring.scale
+        above = x[-3] > spring.h_high - slack
+        return ((_STOP, int(above)),) if above or x[-3] < spring.h_low + slack else ()
 
     def flat(self, x: Array, cycle: Cycle) -> bool:
         """Whether the start has become a bad place to start from."""
@@ -90,6 +102,7 @@ def start_leg(
     *,
     offset: float = 0.0,
     half: float | None = None,
+    step: float | None = None,
 ) -> Leg:
     """A walk from the best starting place of the cycle near q.
 
@@ -101,6 +114,8 @@ def start_leg(
         Distance walked before.
     half
         Sign s if the family may end where z(T/2) = s z: on the family from which it branched.
+    step
+        First step, if not that of the options.
 
     Raises
     ------
@@ -116,7 +131,7 @@ def start_leg(
     low[-1], high[-1] = options.limits(frame)
     high[-2] = np.log(options.longest_period(frame))
     settings = ContinuationOptions(
-        step=options.step,
+        step=min(step or options.step, options.max_step),
         max_step=options.max_step,
         min_step=_SMALLEST,
         max_states=options.max_states,
@@ -174,15 +189,22 @@ def changes(leg: Leg, old: State, new: State) -> list[State]:
     found: list[State] = []
     low, state, last = 0.0, old, leg.switches(new.x)
     while leg.switches(state.x) != last and len(found) < _CHANGES:
-        low, state = _change(leg, old, new, low, state)
+        low, before, state = _change(leg, old, new, low, state)
         if found and abs(state.x[-1] - found[-1].x[-1]) < _TOGETHER:
             found.pop()  # several switches at once
-        found.append(state)
+        found.append(min(state, before, key=lambda side: _left(leg, side)))
     return found
 
 
-def _change(leg: Leg, old: State, new: State, low: float, state: State) -> tuple[float, State]:
-    """The first place after `low` with another sequence than there."""
+def _left(leg: Leg, state: State) -> float:
+    """What is left of the residual: on one side of a kink Newton's method may stop short."""
+    return float(np.max(np.abs(leg.shooting.residual(state.x)[:-1] / leg.spectra.sizes)))
+
+
+def _change(
+    leg: Leg, old: State, new: State, low: float, state: State
+) -> tuple[float, State, State]:
+    """The first place after `low` with another sequence than there: where, just before, after."""
     here, high, beyond = leg.switches(state.x), 1.0, new
     while high - low > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
         middle = 0.5 * (low + high)
@@ -196,33 +218,39 @@ def _change(leg: Leg, old: State, new: State, low: float, state: State) -> tuple
             low, state = middle, between
         else:
             high, beyond = middle, between
-    return high, beyond
+    return high, state, beyond
 
 
 def turned(leg: Leg, last: State, here: Switches) -> tuple[Array, Array] | None:
     """A start q and a direction beyond a sharp corner at a state, None if there is none.
 
-    The map is smooth for each sequence of switches, and the curve of the next sequence leaves the
-    corner along the null vector of its own Jacobian, even more than a right angle off.
+    Around the corner the map is linear in every wedge of one sequence of switches. The curve leaves
+    it along the null vector of some wedge's Jacobian that points into that very wedge, even more
+    than a right angle off. Wedges are looked for along the curve and along one another's null
+    vectors.
 
     Parameters
     ----------
     here
         The sequence on the way to the corner, which the state may have passed by round-off.
     """
-    scale, tangent = leg.walk.scale, last.tangent
-    for probe in (last.x + side * reach * tangent for reach in _REACHES for side in (1, -1)):
-        try:
-            if leg.switches(probe) == here:
+    for reach in _REACHES:
+        known, ahead = {here}, [last.tangent, -last.tangent]
+        while ahead:
+            probe = last.x + reach * ahead.pop(0)
+            try:
+                wedge = leg.switches(probe)
+                if wedge in known:
+                    continue
+                known.add(wedge)
+                null = tangent_at(leg.shooting, probe, None, leg.walk.scale)
+            except ConvergenceError:
                 continue
-            ahead = tangent_at(leg.shooting, probe, None, scale)
-        except ConvergenceError:
-            continue
-        step = 1e2 * float(np.linalg.norm((probe - last.x) / scale))
-        for direction in (ahead, -ahead):
-            found = _beyond(leg, last.x + step * direction, direction)
-            if found is not None and leg.switches(found) != here:
-                return found, direction
+            for direction in (null, -null):
+                found = _beyond(leg, last.x + _FURTHER * reach * direction, direction)
+                if found is not None and leg.switches(found) != here:
+                    return found, direction
+            ahead += [null, -null]
     return None
 
 

@@ -14,11 +14,12 @@ from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.cycles.spectrum import Spectra
 from aeroflutter.errors import ConvergenceError
 
-__all__ = ["Frame", "anchored", "cycle_at", "sizes_of"]
+__all__ = ["Frame", "anchored", "cycle_at", "sizes_of", "switches_of", "trace_of"]
 
 Array = NDArray[np.float64]
 
 _SAMPLES = 512
+_MOVED = 1e-9  # of the spring's size, that the memory of a nonlinear cycle moves
 _FLOOR = 1e-6  # least size of a state, relative to the largest
 
 
@@ -115,6 +116,12 @@ def _top(shooting: Shooting, z: Array, trace: Trace) -> float:
     return 0.0 if best[1] <= start + 1e-9 * amplitude else float(best[0])
 
 
+def switches_of(loop: Loop, trace: Trace) -> int:
+    """Number of switches; none where the memory hardly moves: round-off can touch a stop."""
+    moved = not loop.memory or np.ptp(trace.memory) > _MOVED * loop.spring.scale
+    return int(trace.events.shape[0]) if moved else 0
+
+
 def cycle_at(frame: Frame, shooting: Shooting, q: Array, spectra: Spectra | None = None) -> Cycle:
     """Everything that is reported of the cycle at q."""
     z, period, speed = shooting.unpack(q)
@@ -139,5 +146,5 @@ def cycle_at(frame: Frame, shooting: Shooting, q: Array, spectra: Spectra | None
         state=z[: loop.n] + centre.rest(loop.family, speed),
         memory=(float(z[loop.n]) if loop.memory else 0.0) + centre.memory,
         closure=float(np.max(np.abs(trace.end - z) / sizes)),
-        switches=trace.events.shape[0],
+        switches=switches_of(loop, trace),
     )

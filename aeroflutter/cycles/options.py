@@ -49,11 +49,11 @@ class CycleOptions:
     speed_ratio_range: tuple[float, float] = (0.05, 1.5)
     largest: float = 50.0
     points: int = 200
-    depth: int = 1
+    depth: int = 2
     simulations: int = 6
     step: float = 0.02
     max_step: float = 0.12
-    max_states: int = 1500
+    max_states: int = 1000
     longest: float = 100.0
 
     def __post_init__(self) -> None:

@@ -31,6 +31,8 @@ Watch = Callable[[Cycle], None]
 
 _DF_POINTS = 16  # cycles of each describing-function family that are tried as seeds
 _ASIDE = 1e-3  # step onto a branch, in sizes of the cycle
+_TRIES = 4  # cycles of a strand from which its other side is tried
+_NEAR = 0.02  # relative difference within which a family ends at a bifurcation
 _SPEEDS = 10  # at which the exact engine looks for cycles
 _AMPLITUDES = (0.6, 12.0)  # of initial y there, in units of the spring's scale
 
@@ -102,6 +104,7 @@ class Search:
         self.watch = watch
         self.families: list[Family] = []
         self.notes: list[str] = []
+        self._seeds = 0
         self._entered: set[tuple[float, float]] = set()
         simple = _piecewise(spring)
         point = flutter_point(family)
@@ -160,8 +163,16 @@ class Search:
             stable_onset=lowest([one.stable_onset for one in facts]),
             speed_range=(low * self.frame.reference, high * self.frame.reference),
             odd=self.frame.centre.odd,
-            notes=tuple(self.notes),
+            notes=(*self.notes, *map(_left_out, self._with_left_out()), *self._empty()),
         )
+
+    def _with_left_out(self) -> list[Family]:
+        return [family for family in self.families if family.left_out]
+
+    def _empty(self) -> list[str]:
+        if self.families or isinstance(self.frame.loop.spring, Linear):
+            return []
+        return [f"no limit cycle was found: {self._seeds} starts led to none"]
 
     # --- seeds ---------------------------------------------------------------------------------
 
@@ -195,6 +206,7 @@ class Search:
 
     def try_seed(self, seed: _Seed) -> None:
         """Follow the family of a seed both ways, unless it is known or there is none."""
+        self._seeds += 1
         try:
             shooting, q = converged(self.frame, seed.z, seed.period, seed.speed, seed.symmetric)
             cycle = cycle_at(self.frame, shooting, q)
@@ -204,25 +216,48 @@ class Search:
             ahead = follow(self.frame, shooting, q, None, self.options, half=half, watch=self.watch)
         except ConvergenceError:
             return  # a guess that leads nowhere
-        behind = None
-        if not ahead.closed:
-            start = ahead.places[0]
-            behind = follow(
-                self.frame,
-                start.leg.shooting,
-                start.state.x,
-                -start.state.tangent,
-                self.options,
-                half=half,
-                watch=self.watch,
-            )
+        behind = None if ahead.closed else self._behind(ahead, half)
         ratio = ahead.places[0].cycle.speed / self.frame.reference
         self._add(f"{seed.origin} at {ratio:.6g}", None, ahead, behind)
 
+    def _behind(self, ahead: Strand, half: float | None) -> Strand:
+        """The strand on the other side of the first cycle, or of one soon after it."""
+        reason = ""
+        for i, start in enumerate(ahead.places[:_TRIES]):
+            leg, back = start.leg, -start.state.tangent
+            try:
+                strand = follow(
+                    self.frame,
+                    leg.shooting,
+                    start.state.x,
+                    back,
+                    self.options,
+                    half=half,
+                    watch=self.watch,
+                )
+            except ConvergenceError as error:
+                reason = (
+                    reason or f"the other side of the first cycle could not be entered: {error}"
+                )
+                continue
+            del ahead.places[:i]
+            return strand
+        return Strand([ahead.places[0]], reason)
+
     def _add(self, origin: str, parent: int | None, ahead: Strand, behind: Strand | None) -> None:
         number = len(self.families) + 1
-        points = self.options.points if parent is None else self.options.points // 4
-        self.families.append(assemble(number, origin, parent, ahead, behind, points))
+        self.families.append(self._assembled(number, origin, parent, ahead, behind))
+
+    def _assembled(
+        self,
+        number: int,
+        origin: str,
+        parent: int | None,
+        ahead: Strand,
+        behind: Strand | None = None,
+    ) -> Family:
+        points = self.options.points if parent is None else max(2, self.options.points // 4)
+        return assemble(number, origin, parent, ahead, behind, points)
 
     def known(self, cycle: Cycle) -> bool:
         """Whether a cycle lies on a family that has been followed."""
@@ -235,6 +270,8 @@ class Search:
     # --- branch switching ----------------------------------------------------------------------
 
     def _branch(self) -> None:
+        for family in list(self.families):
+            self._rejoin(family)
         done = 0
         for _ in range(self.options.depth):
             fresh, done = self.families[done:], len(self.families)
@@ -242,6 +279,23 @@ class Search:
                 for place in family.marked("symmetry-breaking", "period-doubling"):
                     if _key(place) not in self._entered:
                         self._switch(family, place)
+
+    def _rejoin(self, family: Family) -> None:
+        """Join a family that was found by itself to the bifurcations where it ends."""
+        parent = None
+        for strand in family.strands:
+            mark = self._nearest(strand.end) if BACK in strand.stop else None
+            if mark is not None:
+                parent = mark.cycle.family
+                self._join(strand, mark)
+        if parent is not None:
+            facts = family.facts
+            again = self._assembled(facts.number, facts.origin, parent, *family.strands)
+            self.families[facts.number - 1] = again
+
+    def _join(self, strand: Strand, mark: Place) -> None:
+        self._entered.add(_key(mark))
+        strand.places.append(replace(mark, at=strand.end.at + _ASIDE, kind=""))
 
     def _switch(self, family: Family, place: Place) -> None:
         """Follow what branches off where an eigenvalue passes -1."""
@@ -268,12 +322,12 @@ class Search:
         strand.places.insert(0, replace(place, at=-_ASIDE, kind=""))
         if BACK in strand.stop:
             mark = self._nearest(strand.end)
-            self._entered.add(_key(mark))
-            strand.places.append(replace(mark, at=strand.end.at + _ASIDE, kind=""))
+            if mark is not None:
+                self._join(strand, mark)
         self._add(name, family.facts.number, strand, None)
 
-    def _nearest(self, end: Place) -> Place:
-        """The bifurcation at which a family that comes back ends."""
+    def _nearest(self, end: Place) -> Place | None:
+        """The bifurcation at which a family that comes back ends, if it is known."""
         marks = [
             place
             for family in self.families
@@ -286,7 +340,17 @@ class Search:
             ratio = there.amplitude / here.amplitude
             return float(np.hypot(there.speed / here.speed - 1.0, np.log(ratio)))
 
-        return min(marks, key=distance)
+        best = min(marks, key=distance, default=None)
+        return best if best is not None and distance(best) < _NEAR else None
+
+
+def _left_out(family: Family) -> str:
+    cycles = family.left_out
+    largest = max(float(np.abs(cycle.multipliers).max()) for cycle in cycles)
+    return (
+        f"{len(cycles)} cycles of family {family.facts.number} were left out: at a kink, or with "
+        f"multipliers up to {largest:.2g}, they do not close to ten digits"
+    )
 
 
 def _key(place: Place) -> tuple[float, float]:

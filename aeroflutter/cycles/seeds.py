@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aeroflutter.continuation import ContinuationOptions, correct
 from aeroflutter.cycles.centre import static_state
 from aeroflutter.cycles.loop import Loop
-from aeroflutter.cycles.measure import Frame, anchored, sizes_of, trace_of
+from aeroflutter.cycles.measure import Frame, anchored, sizes_of, switches_of, trace_of
 from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.springs import Hysteresis
@@ -28,6 +28,7 @@ _SAMPLES = 256
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and U/U_ref
 _NEWTON = 12  # iterations
 _REST = 0.05  # of the size of the guess: what shrinks below it has come to rest
+_LEFT = 1e-8  # of the residual, in sizes of the cycle
 _REACH = 1.0  # of Newton's method, in sizes of the cycle
 
 
@@ -115,10 +116,14 @@ def converged(
         found, _ = correct(shooting, q, np.eye(q.size)[-1], options)
     except ConvergenceError:
         found, _ = correct(shooting, q, None, options)
-    shrunk = np.max(sizes_of(shooting, trace_of(shooting, found)) / sizes)
+    trace = trace_of(shooting, found)
+    shrunk = np.max(sizes_of(shooting, trace) / sizes)
     if not (np.linalg.norm((found - q) / scale) < _REACH and shrunk > _REST):
         raise ConvergenceError("Newton's method led far from where it was started, or to rest")
-    if not shooting.shot(found).passage.switches:
+    left = shooting.residual(found)[: sizes.size] / sizes
+    if np.max(np.abs(left)) > _LEFT:
+        raise ConvergenceError("Newton's method stopped short of a cycle, at a kink")
+    if switches_of(frame.loop, trace) == 0:
         raise ConvergenceError("the spring does not switch: a cycle of a linear system")
     return _cut(frame, shooting, found, sizes)
 

@@ -33,7 +33,7 @@ __all__ = ["Shooting", "Shot"]
 
 Array = NDArray[np.float64]
 
-_LOG_PERIOD = 50.0  # what Newton's method may try
+_LOG_PERIOD = 5.0  # by which Newton's method may change ln T
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,10 +76,15 @@ class Shooting:
         Speed U* that is the unit of the last unknown.
     hold
         Memory at the start of a cycle in a continuum of bias.
+
+    Notes
+    -----
+    The period of the first q that is shot bounds those of the others.
     """
 
     def __init__(self, loop: Loop, symmetric: bool, reference: float, hold: float = 0.0) -> None:
         self.loop, self.symmetric, self.reference, self.hold = loop, symmetric, reference, hold
+        self._log_period: float | None = None
         self._sign = -1.0 if symmetric else 1.0
         self._key: bytes = b""
         self._shot: Shot
@@ -112,7 +117,9 @@ class Shooting:
         return self._shot
 
     def _shoot(self, q: Array) -> Shot:
-        if not abs(q[-2]) < _LOG_PERIOD:
+        if self._log_period is None:
+            self._log_period = float(q[-2])
+        if not abs(q[-2] - self._log_period) < _LOG_PERIOD:
             raise ConvergenceError("the period has left all bounds")
         z, period, speed = self.unpack(q)
         m = z.size

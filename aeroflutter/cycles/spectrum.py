@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.cycles.shooting import Shooting, Shot
+from aeroflutter.errors import ConvergenceError
 
 __all__ = ["Spectra", "Spectrum", "critical_vector", "spectrum"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+
+_TRIVIAL = 1e-6  # from one: the trivial multiplier of what is a cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +92,20 @@ class Spectra:
         self._last: Spectrum
 
     def __call__(self, q: Array) -> Spectrum:
-        """Eigenvalues of the map of the cycle at q."""
+        """Eigenvalues of the map of the cycle at q.
+
+        Raises
+        ------
+        ConvergenceError
+            If none is one: q is at rest, or not on the curve.
+        """
         key = q.tobytes()
         if key != self._key:
             shooting = self.shooting
-            self._last = spectrum(
-                shooting.shot(q), self.sizes, shooting.symmetric, shooting.loop.memory
-            )
-            self._key = key
+            found = spectrum(shooting.shot(q), self.sizes, shooting.symmetric, shooting.loop.memory)
+            if not abs(found.trivial - 1.0) < _TRIVIAL:
+                raise ConvergenceError("no multiplier is one: this is no cycle")
+            self._last, self._key = found, key
         return self._last
 
 
