@@ -40,6 +40,32 @@ def test_keys_of_a_limit_cycle_and_of_a_rest(capsys):
     assert abs(rest["rest_deg"]) <= 0.6  # within half the loop, (1.0 + 0.2)/2
 
 
+def test_the_exact_engine_is_what_one_gets(capsys):
+    for words in ((), ("--engine", "exact")):
+        cycle = result(capsys, "run14", "--speed-ratio", "0.93", *words)
+        assert (cycle["engine"], cycle["state"], cycle["rest_deg"]) == ("exact", "lco", None)
+        assert cycle["amplitude_deg"] == pytest.approx(0.8875742140, abs=1e-9)
+    houbolt = result(capsys, "run14", "--speed-ratio", "0.93", "--engine", "houbolt")
+    assert cycle["period"] == pytest.approx(houbolt["period"], rel=1e-3)
+    assert cycle["first_harmonic_deg"] == pytest.approx(houbolt["first_harmonic_deg"], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "state"), [("0.90", "damped"), ("0.93", "lco"), ("1.05", "divergent")]
+)
+def test_the_exact_engine_draws_and_saves_every_end(capsys, tmp_path, ratio, state):
+    for figure in ("overview", "traces", "spring", "phase", "psd", "poincare"):
+        saved, drawn = tmp_path / "run.nc", tmp_path / f"{figure}.svg"
+        words = ("--out", str(saved), "--plot", str(drawn), "--figure", figure)
+        assert result(capsys, "run14", "--speed-ratio", ratio, *words)["state"] == state
+        assert drawn.stat().st_size > 0
+        with xr.open_dataset(saved) as dataset:
+            assert dataset["time"][-1] >= 499.0
+            assert dataset.attrs["engine"] == "exact"
+            assert dataset["events"].sizes["event"] > 10
+        saved.unlink()
+
+
 def test_speed_and_speed_ratio_are_two_names_of_one_thing(capsys):
     by_ratio = result(capsys, "run14", "--speed-ratio", "0.95", "--engine", "houbolt")
     by_speed = result(capsys, "run14", "--speed", repr(by_ratio["speed"]), "--engine", "houbolt")
@@ -92,19 +118,21 @@ def test_files_hold_the_march_beyond_the_decision(capsys, tmp_path):
     assert drawn.read_text().lstrip().startswith("<?xml")
 
 
-def test_an_overflow_is_told_and_what_came_before_it_saved(capsys, tmp_path):
+@pytest.mark.parametrize("engine", ["houbolt", "exact"])
+def test_an_overflow_is_told_and_what_came_before_it_saved(capsys, tmp_path, engine):
     saved = tmp_path / "gone.nc"
-    words = ["linear-08", "--speed-ratio", "1.3", "--engine", "houbolt", "--out", str(saved)]
-    found = result(capsys, *words)
+    words = ["linear-08", "--speed-ratio", "1.3", "--engine", engine, "--duration", "60000"]
+    found = result(capsys, *words, "--out", str(saved))
     assert found["state"] == "divergent"
     with xr.open_dataset(saved) as dataset:
         assert dataset["pitch_deg"].size > 100
         assert bool(np.isfinite(dataset["pitch_deg"]).all())
 
 
-def test_sweep_up_and_down(capsys, tmp_path):
+@pytest.mark.parametrize("engine", ["houbolt", "exact"])
+def test_sweep_up_and_down(capsys, tmp_path, engine):
     saved, drawn = tmp_path / "sweep.nc", tmp_path / "sweep.png"
-    words = ["run14", "--engine", "houbolt", "--sweep", "0.91:0.98:5", "--alpha-deg", "10"]
+    words = ["run14", "--engine", engine, "--sweep", "0.91:0.98:5", "--alpha-deg", "10"]
     swept = result(capsys, *words, "--out", str(saved), "--plot", str(drawn))
     up, down = swept["sweeps"]
     assert (up["direction"], down["direction"]) == ("up", "down")

@@ -182,6 +182,7 @@ def _poincare(axes: Any, response: Response) -> None:
     _open_up(axes[0], pitch, heave)
     axes[0].set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
     axes[0].set_ylabel(HEAVE)
+    axes[0].locator_params(axis="x", nbins=3)
 
 
 def _too_short(axes: Axes, response: Response) -> bool:

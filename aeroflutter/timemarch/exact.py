@@ -32,7 +32,8 @@ __all__ = ["march"]
 LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
 ROWS = 4096  # switches and extrema in one piece of the log
 HARMONIC = 4096  # samples of a cycle: y''' jumps at a switch, so aliases fall with the 4th power
-PERIODS_A_WINDOW, LEAST_WINDOW = 4, 400.0  # of the thesis's criteria
+LEAST = 400.0  # τ that a recorded march goes on for at least, so that there is something to see
+PERIODS_A_WINDOW = 4  # of the thesis's criteria
 KINDS = "1 lower edge of a piece, 2 upper edge, 3 pitch turns on a flat"
 
 
@@ -44,7 +45,8 @@ def march(
     Parameters
     ----------
     system, spring, state, memory, options
-        As for every engine. Without a duration the end state is looked for until τ = `LONGEST`.
+        As for every engine. Without a duration the end state is looked for until τ = `LONGEST`;
+        what is recorded lasts for `LEAST` at least.
 
     Raises
     ------
@@ -58,6 +60,8 @@ def march(
     limits = EndOptions(cycles=options.cycles, growth=options.growth, duration=longest)
     end = end_state(prepared, state, memory, limits)
     until = min(end.time, longest) if options.decide else longest
+    if options.record:
+        until = max(until, min(LEAST, longest))
     trace = _Trace(prepared, spring, state, memory, options, until)
     if options.record or until != end.time:
         trace.go(until)
@@ -215,7 +219,7 @@ def _watched(
     """The end states of the thesis, judged window by window as for the other engines."""
     system = prepared.system
     _, longest = period_range(system, closed_slopes(prepared.spring, float(system.c @ state)))
-    window = max(PERIODS_A_WINDOW * np.nan_to_num(longest), LEAST_WINDOW)
+    window = max(PERIODS_A_WINDOW * np.nan_to_num(longest), LEAST)
     watch = Watch.over(system, prepared.spring, state, options, 0.0, 0.0)
     trace = _Trace(prepared, spring, state, memory, options, options.limit)
     verdict: Verdict | None = None

@@ -13,7 +13,7 @@ from aeroflutter.timemarch.response import Initial, Response, SimulateOptions, s
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from aeroflutter.lure import LureFamily
+    from aeroflutter.lure import LureFamily, LureSystem
     from aeroflutter.springs import Spring
 
     Array = NDArray[np.float64]
@@ -88,6 +88,9 @@ def sweep(
 ) -> Sweep:
     """Simulate at one speed after another, each run starting where the last one ended.
 
+    A run that is certain to come to rest is carried over to its rest, however early that was
+    known.
+
     Parameters
     ----------
     family
@@ -132,8 +135,9 @@ def sweep(
         runs.append(simulate(system, spring, initial, part))
         if runs[-1].state == "divergent":
             break
-        initial = _carried(runs[-1], system.c, kick)
-    return _gathered(visited[: len(runs)], runs)
+        initial = _carried(runs[-1], system, spring, kick)
+    end = _carried(runs[-1], system, spring)
+    return _gathered(visited[: len(runs)], runs, end)
 
 
 def there_and_back(
@@ -165,14 +169,27 @@ def there_and_back(
     return out, sweep(family, spring, turned, begin, halves[1], kick)
 
 
-def _carried(last: Response, c: Array, kick: float) -> Initial:
-    """The end of one run as the start of the next."""
-    state = last.final_state.copy()
+def _carried(last: Response, system: LureSystem, spring: Spring, kick: float = 0.0) -> Initial:
+    """The end of one run as the start of the next: at rest, if it was to come to rest."""
+    state, memory = last.final_state.copy(), last.final_memory
+    if last.state == "damped":
+        memory = float(spring.advance(memory, last.rest))
+        state = _equilibrium(system, last.rest, float(spring.moment(last.rest, memory)), state)
     if kick and "alpha_rate" in last.state_names:
         state[last.state_names.index("alpha_rate")] += kick
     elif kick:
-        state += kick * c
-    return Initial(state=state, memory=last.final_memory)
+        state += kick * system.c
+    return Initial(state=state, memory=memory)
+
+
+def _equilibrium(system: LureSystem, rest: float, moment: float, near: Array) -> Array:
+    """State at rest at y = `rest` under the spring's moment there, the nearest to `near`.
+
+    A x = b F and c x = y; of a state that neither fixes (a free coordinate) the value is kept.
+    """
+    rows = np.vstack((system.A, system.c))
+    wanted = np.append(system.b * moment, rest)
+    return np.asarray(near + np.linalg.lstsq(rows, wanted - rows @ near, rcond=None)[0])
 
 
 def _checked(speeds: ArrayLike) -> Array:
@@ -194,7 +211,7 @@ def _share(progress: object, i: int, count: int) -> object:
     return lambda fraction: progress((i + fraction) / count)
 
 
-def _gathered(speeds: Array, runs: list[Response]) -> Sweep:
+def _gathered(speeds: Array, runs: list[Response], end: Initial) -> Sweep:
     amplitude = np.array([run.amplitude for run in runs])
     state = tuple(run.state for run in runs)
     return Sweep(
@@ -207,7 +224,7 @@ def _gathered(speeds: Array, runs: list[Response]) -> Sweep:
         first_harmonic=np.array([run.first_harmonic for run in runs]),
         jumps=_jumps(speeds, state, amplitude),
         reason=tuple(run.reason for run in runs),
-        end=_carried(runs[-1], np.zeros(0), 0.0),
+        end=end,
     )
 
 
