@@ -357,7 +357,8 @@ def multipliers(jacobian: Array, memory: int) -> NDArray[np.complex128]:
     """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed."""
     n = jacobian.shape[0] - 1
     m = n + 1 if memory else n
-    values = np.linalg.eigvals(jacobian[:m, :m].astype(np.complex128))
+    values = np.empty(m, dtype=np.complex128)
+    values[:] = np.linalg.eigvals(jacobian[:m, :m].astype(np.complex128))
     trivial = 0
     for k in range(1, m):
         if abs(values[k] - 1.0) < abs(values[trivial] - 1.0):

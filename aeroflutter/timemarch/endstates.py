@@ -10,7 +10,7 @@ import numpy as np
 from aeroflutter.errors import InputError
 from aeroflutter.timemarch import _kernel_exact_ends as kernel
 from aeroflutter.timemarch import _kernel_exact_proofs as codes
-from aeroflutter.timemarch._kernel_exact_cycle import Cycles, no_cycles
+from aeroflutter.timemarch._kernel_exact_cycle import MOST_LOOPS, Cycles, no_cycles
 from aeroflutter.timemarch.response import STATES
 
 if TYPE_CHECKING:
@@ -217,7 +217,7 @@ def end_state(
         amplitude=float(numbers[kernel.AMPLITUDE]),
         bias=float(numbers[kernel.BIAS]),
         period=float(numbers[kernel.PERIOD]),
-        loops=int(np.nan_to_num(numbers[kernel.LOOPS])),
+        loops=0 if np.isnan(numbers[kernel.LOOPS]) else int(numbers[kernel.LOOPS]),
         multiplier=float(numbers[kernel.RADIUS]),
         rest=float(numbers[kernel.REST]),
         final_state=x,
@@ -253,7 +253,7 @@ def end_states(
     options = options or EndOptions()
     x = np.array(states, dtype=float, order="C", ndmin=2)
     h = np.array(np.broadcast_to(np.asarray(memory, dtype=float), x.shape[:1]))
-    cycles, count = _room(known, x.shape[1], kernel.MOST_LOOPS if share else 0)
+    cycles, count = _room(known, x.shape[1], MOST_LOOPS if share else 0)
     verdict = np.empty((h.size, 2), dtype=np.int64)
     numbers = np.empty((h.size, kernel.NUMBERS))
     count = kernel.settle_all(
@@ -273,7 +273,7 @@ def end_states(
         attractor=whole[:, 1],
         final_states=x,
         final_memory=h,
-        cycles=Cycles(*(part[:count] for part in cycles)),
+        cycles=Cycles._make(part[:count] for part in cycles),
     )
 
 

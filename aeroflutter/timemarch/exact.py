@@ -7,6 +7,7 @@ round-off, and the end state is certified (`endstates`). What is sampled is comp
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +32,7 @@ __all__ = ["march"]
 
 LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
 ROWS = 4096  # switches and extrema in one piece of the log
-HARMONIC = 4096  # samples of a cycle: y''' jumps at a switch, so aliases fall with the 4th power
+HARMONIC = 1024  # samples of a cycle: y''' jumps at a switch, so aliases fall with the 4th power
 LEAST = 400.0  # τ that a recorded march goes on for at least, so that there is something to see
 PERIODS_A_WINDOW = 4  # of the thesis's criteria
 KINDS = "1 lower edge of a piece, 2 upper edge, 3 pitch turns on a flat"
@@ -53,7 +54,7 @@ def march(
     InputError
         If the spring is not piecewise linear.
     """
-    prepared = Prepared.of(system, spring, options.step_cap)
+    prepared = _prepared(system, spring, options.step_cap)
     if options.criteria == "thesis":
         return _watched(prepared, spring, state, memory, options)
     longest = LONGEST if options.duration is None and options.decide else options.limit
@@ -63,11 +64,16 @@ def march(
     if options.record:
         until = max(until, min(LEAST, longest))
     trace = _Trace(prepared, spring, state, memory, options, until)
-    if options.record or until != end.time:
-        trace.go(until)
-    else:
-        trace.jump(end)
+    if not options.record:
+        trace.jump(end, until)
+    trace.go(until)
     return trace.response(end.state, end.reason, **_measures(prepared, end))
+
+
+@lru_cache(maxsize=16)
+def _prepared(system: LureSystem, spring: Spring, step_cap: float | None) -> Prepared:
+    """Shared by all marches of one system (systems are equal only to themselves)."""
+    return Prepared.of(system, spring, step_cap)
 
 
 def _measures(prepared: Prepared, end: EndState) -> dict[str, Any]:
@@ -170,9 +176,10 @@ class _Trace:
         self.log = _Log(prepared, state, memory, times, options.record)
         self.events: list[Array] = []
 
-    def jump(self, end: EndState) -> None:
-        """Take over where the judge stopped: nothing on the way is wanted."""
-        self.log.x, self.log.h, self.log.t = end.final_state, end.final_memory, end.time
+    def jump(self, end: EndState, until: float) -> None:
+        """Take over where the judge stopped, if not beyond `until`: nothing before is wanted."""
+        if end.time <= until:
+            self.log.x, self.log.h, self.log.t = end.final_state, end.final_memory, end.time
 
     def go(self, end: float) -> Array:
         """March on to a time, or to an overflow; the extrema on the way."""

@@ -112,7 +112,9 @@ class Prepared:
         law, slopes = law_of(simple)
         dA, db = derivative if derivative is not None else (np.empty((0, 0)), np.empty(0))
         tables = build(
-            *(np.ascontiguousarray(part, dtype=float) for part in (system.A, system.b, system.c)),
+            np.ascontiguousarray(system.A, dtype=float),
+            np.ascontiguousarray(system.b, dtype=float),
+            np.ascontiguousarray(system.c, dtype=float),
             slopes,
             np.inf if step_cap is None else float(step_cap),
             np.ascontiguousarray(dA, dtype=float),
