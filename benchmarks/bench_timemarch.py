@@ -1,9 +1,9 @@
 """Time marching: the thesis's method in Fortran, compiled Houbolt, the exact engine and SciPy.
 
 All march the same cells of run 14 (hysteresis, limit cycles, so that no engine may stop early) side
-by side in one run; medians of alternated rounds of CPU time, compilation left out. The exact engine
-also proves how each cell ends, which costs it the same however long the march: it is measured over
-the 50 000 steps of the thesis and over ten times as many.
+by side in one run; medians of alternated rounds of CPU time, compilation left out. The engines in
+Python also set up each cell and say how it ends, which costs them the same however long the march:
+they are measured over the 50 000 steps of the thesis and over ten times as many.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ ROUNDS = 7
 SCIPY_TAU = 200.0
 
 FORTRAN, COMPILED = "Houbolt, Fortran", "Houbolt, compiled"
+TEN = 10  # times as long
 EXACT, LONGER = "exact engine", "exact engine, ten times as long"
+COMPILED_LONGER = f"{COMPILED}, ten times as long"
 DECIDED, SCIPY = "exact engine until it is certain", "SciPy DOP853 with events"
 
 FAMILY = SectionFamily(TypicalSection(omega_bar=OMEGA_BAR))
@@ -46,9 +48,10 @@ def measure() -> Iterator[Measurement]:
     simulated = len(cells) * STEPS * DT
     with tempfile.TemporaryDirectory() as folder:
         runs: dict[str, tuple[Callable[[], float], float]] = {
-            COMPILED: (lambda: _houbolt(cells), simulated),
+            COMPILED: (lambda: _houbolt(cells, STEPS * DT), simulated),
+            COMPILED_LONGER: (lambda: _houbolt(cells, TEN * STEPS * DT), TEN * simulated),
             EXACT: (lambda: _exact(cells, STEPS * DT), simulated),
-            LONGER: (lambda: _exact(cells, 10 * STEPS * DT), 10 * simulated),
+            LONGER: (lambda: _exact(cells, TEN * STEPS * DT), TEN * simulated),
             DECIDED: (lambda: _decided(cells), simulated),
             SCIPY: (lambda: _scipy(cells[0]), SCIPY_TAU),
         }
@@ -59,12 +62,13 @@ def measure() -> Iterator[Measurement]:
     per_tau = {name: seconds[name] / tau for name, (_, tau) in runs.items()}
     for name, value in per_tau.items():
         yield Measurement(f"{name}, a unit of tau", 1e9 * value, "ns")
-        if name in (FORTRAN, COMPILED):
+        if name in (FORTRAN, COMPILED, COMPILED_LONGER):
             yield Measurement(f"{name}, a step", 1e9 * DT * value, "ns")
     if FORTRAN not in per_tau:
         print("  gfortran is not installed: no baseline to compare with")
     else:
-        aims = {COMPILED: 1.5, EXACT: 0.5, LONGER: 0.5, DECIDED: None, SCIPY: None}
+        aims = {COMPILED: 1.5, COMPILED_LONGER: 1.5, EXACT: 0.5, LONGER: 0.5}
+        aims |= {DECIDED: None, SCIPY: None}
         for name, aim in aims.items():
             share = per_tau[name] / per_tau[FORTRAN]
             yield Measurement(f"{name}, of the Fortran's CPU time", share, "", target=aim)
@@ -101,12 +105,12 @@ def _fortran(folder: Path, reference: float) -> Callable[[], float] | None:
     return run
 
 
-def _houbolt(cells: list) -> float:
-    options = SimulateOptions.thesis(record=False, dt=DT, duration=STEPS * DT)
+def _houbolt(cells: list, duration: float) -> float:
+    options = SimulateOptions.thesis(record=False, dt=DT, duration=duration)
     begun = process_time()
     for system, start in cells:
         run = houbolt_march(system, SPRING, *start.start(system, SPRING), options)
-        assert run.duration >= STEPS * DT - DT
+        assert run.duration >= duration - DT
     return process_time() - begun
 
 
