@@ -190,7 +190,8 @@ class _Trace:
             if self.options.record:
                 self.events.append(events[:, :2])
             if self.options.progress:
-                self.options.progress(min(self.log.t / self.until, 1.0))
+                done = self.log.t / self.until if self.until > 0.0 else 1.0
+                self.options.progress(min(done, 1.0))
             if self.log.status != FULL:
                 return np.concatenate(turns)
 
