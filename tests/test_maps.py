@@ -100,6 +100,27 @@ def test_nothing_is_undecided_on_run_14() -> None:
     assert first == pytest.approx(0.922, abs=0.004)  # one step of the grid
 
 
+@pytest.mark.parametrize(
+    ("family", "spring", "ratio", "pitch"),
+    [
+        (FAMILY, RUN14, 0.919, 9.705882352941174),
+        (
+            FAMILY,
+            Hysteresis(np.radians(0.1), np.radians(1.0)),
+            0.7993103448275862,
+            4.655172413793103,
+        ),
+        (FAMILY, Freeplay(np.radians(1.0)), 0.5586206896551724, -8.793103448275861),
+        (SOFT, Freeplay(np.radians(1.0)), 0.1, -15.0),
+        (SOFT, Freeplay(np.radians(1.0)), 0.1317241379310345, 3.6206896551724164),
+    ],
+)
+def test_a_switch_to_round_off_is_passed_once(family, spring, ratio, pitch) -> None:
+    """At these the bound of one piece's round-off was below the error of the piece before."""
+    found = flutter_map(cells((ratio, ratio, 1), (pitch, pitch, 1), spring, family=family))
+    assert found.count("undecided") == 0
+
+
 def test_houbolt_sides_with_the_exact_engine_away_from_boundaries() -> None:
     place = ((0.86, 0.96, 4), (8.0, 15.0, 3))
     exact = flutter_map(cells(*place))

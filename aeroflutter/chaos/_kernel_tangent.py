@@ -166,7 +166,7 @@ def returns(
         s, kind, turns = 1.0, NONE, False
         if trend == 0 or not (clear(w, low, high, direction) and monotone(w, trend, 0.0)):
             combine(tables.power, p, xs, now, w, Y_POWER)
-            tolerance = round_off(tables.noise, p, xs, now, law.size)
+            tolerance = round_off(tables.noise, xs, now, law.size)
             s, kind = event(w, low, high, direction, tolerance)
             if trend == 0:
                 trend = heading(w, 2.0 * tolerance)

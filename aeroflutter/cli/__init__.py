@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from aeroflutter import __version__
-from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -82,6 +82,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(BAD_INPUT, *error.problems)
     except ConvergenceError as error:
         return _refuse(NOT_CONVERGED, str(error))
+    except AeroflutterError as error:
+        return _refuse(FAILED, str(error))
     except KeyboardInterrupt:
         return _refuse(INTERRUPTED, "interrupted")
     except BrokenPipeError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 import sys
 import time
@@ -280,8 +281,6 @@ def _run(
 
 def opened(study: Any, target: Target, case: Case) -> Any:
     """The results of a study as a context: the store of `target`, or memory."""
-    import contextlib
-
     from aeroflutter.maps import Store
     from aeroflutter.maps.results import MemoryResults
 
@@ -298,11 +297,12 @@ def opened(study: Any, target: Target, case: Case) -> Any:
 
 def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     """Run a study with its progress on stderr; an interrupted run says how to go on."""
-    from aeroflutter.cli.progress import progress
+    from aeroflutter.cli.progress import patience, progress
     from aeroflutter.maps import Cluster, Store, StoreFull, run
 
     if not isinstance(executor, Cluster):
-        study.warm_up()
+        with patience("compiling the engine; this happens once and takes a minute or two"):
+            study.warm_up()
     try:
         with progress(unit) as report:
             run(study, results, executor, report)
@@ -377,7 +377,6 @@ def _figure(case: Case, cells: CaseCells, found: FlutterMap) -> Figure:
 
 def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
     """Speeds that mean something, in units of the x axis: flutter and onset of limit cycles."""
-    from aeroflutter.describing import describing_curve
     from aeroflutter.errors import ConvergenceError
     from aeroflutter.rootlocus import flutter_speed
 
@@ -388,10 +387,24 @@ def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
         return {}
     unit = flutter if found.grid.x.key == "speed_ratio" else 1.0
     marks = {"linear flutter": flutter / unit}
-    try:
-        curve = describing_curve(case.family(), case.spring)
-    except (InputError, ConvergenceError):
-        return marks
-    if curve.onset is not None:
-        marks["DF onset"] = curve.onset.speed / unit
+    for name, onset in (("DF onset", _df_onset), ("exact onset", _exact_onset)):
+        with contextlib.suppress(InputError, ConvergenceError):
+            speed = onset(case)
+            if speed is not None:
+                marks[name] = speed / unit
     return marks
+
+
+def _df_onset(case: Case) -> float | None:
+    from aeroflutter.describing import describing_curve
+
+    onset = describing_curve(case.family(), case.spring).onset
+    return None if onset is None else onset.speed
+
+
+def _exact_onset(case: Case) -> float | None:
+    """Onset of exact limit cycles; the families that branch off later are not looked for."""
+    from aeroflutter.cycles import CycleOptions, limit_cycles
+
+    onset = limit_cycles(case.family(), case.spring, CycleOptions(depth=0, points=2)).onset
+    return None if onset is None else onset.cycle.speed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from aeroflutter.case import Case, load_case
 from aeroflutter.case_source import parse_case
 from aeroflutter.errors import InputError
+from aeroflutter.lure import LureSystem, SectionFamily
 from aeroflutter.maps import Axis, Grid, Group
 from aeroflutter.maps.cells import started
 from aeroflutter.timemarch.response import Initial
@@ -79,19 +80,20 @@ class CaseCells:
     def groups(self, x: Array, y: Array) -> Iterator[Group]:
         """Cells by the values that make their systems differ."""
         points = {axis.key: values for axis, values in zip(self._axes, (x, y), strict=True)}
-        motion = [key for key in points if key in MOTION]
         rest = [key for key in points if key not in MOTION]
+        one_case = all(key in SPEEDS for key in rest)
+        whole: Group | None = None
         for index in _alike([points[key] for key in rest], x.size):
-            at = {key: float(points[key][index[0]]) for key in rest}
-            case, system = self._system(at)
-            varied = {MOTION[key]: _native(key, points[key][index]) for key in motion}
-            start = {name: getattr(case.initial, name) for name in case.initial._fields}
-            initial = Initial(**{**start, **dict.fromkeys(varied, 0.0)})
-            yield started(index, system, case.spring, initial, varied)
+            case, system = self._system({key: float(points[key][index[0]]) for key in rest})
+            if not one_case:
+                yield _started(index, case, system, points)
+            else:
+                whole = whole or _started(np.arange(x.size), case, system, points)
+                yield whole.part(index, system)
 
-    def _system(self, at: Mapping[str, float]) -> tuple[Case, Any]:
+    def _system(self, at: Mapping[str, float]) -> tuple[Case, LureSystem]:
         changed = tuple((key, value) for key, value in at.items() if key not in SPEEDS)
-        case, flutter = _case(self.text, self.source, changed)
+        case, family, flutter = _case(self.text, self.source, changed)
         name, value = next(
             ((key, value) for key, value in at.items() if key in SPEEDS), self.speed or ("", 0.0)
         )
@@ -99,12 +101,21 @@ class CaseCells:
             raise InputError(f"{name}: must be positive, not {value:g}")
         if name == "speed_ratio":
             value *= flutter()
-        return case, case.family().at(value)
+        return case, family.at(value)
 
     def identity(self) -> dict[str, Any]:
         """The case, table by table, and the airspeed."""
         fixed = {} if self.speed is None else {self.speed[0]: self.speed[1]}
         return {"case": parse_case(self.text, self.source), **fixed}
+
+
+def _started(
+    index: NDArray[np.int64], case: Case, system: LureSystem, points: Mapping[str, Array]
+) -> Group:
+    """The cells at these places, which have the case in common."""
+    varied = {MOTION[key]: _native(key, points[key][index]) for key in points if key in MOTION}
+    initial = Initial(**{**case.initial._asdict(), **dict.fromkeys(varied, 0.0)})
+    return started(index, system, case.spring, initial, varied)
 
 
 def _alike(columns: list[Array], count: int) -> list[NDArray[np.int64]]:
@@ -126,16 +137,19 @@ def _native(key: str, values: Array) -> Array:
 
 
 @functools.lru_cache(maxsize=4096)
-def _case(text: str, source: str, changed: tuple[tuple[str, float], ...]) -> tuple[Case, Any]:
-    """The changed case, and its linear flutter speed as a function, computed once."""
+def _case(
+    text: str, source: str, changed: tuple[tuple[str, float], ...]
+) -> tuple[Case, SectionFamily, Callable[[], float]]:
+    """The changed case, its family, and its linear flutter speed as a function, computed once."""
     case = load_case(parse_case(text, source), dict(changed))
-    return case, functools.cache(functools.partial(_flutter, case))
+    family = case.family()
+    return case, family, functools.cache(functools.partial(_flutter, case, family))
 
 
-def _flutter(case: Case) -> float:
+def _flutter(case: Case, family: SectionFamily) -> float:
     from aeroflutter.rootlocus import flutter_speed
 
-    speed = flutter_speed(case.family())
+    speed = flutter_speed(family)
     if speed is None or not math.isfinite(speed):
         raise InputError(f"{case.source}: has no linear flutter speed; give --speed, not a ratio")
     return speed

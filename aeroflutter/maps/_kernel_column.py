@@ -181,7 +181,7 @@ def follow(
         s, kind = 1.0, NONE
         if not clear(w, low, high, direction):
             combine(power, p, xs, now, w, Y_POWER)
-            s, kind = event(w, low, high, direction, round_off(noise, p, xs, now, law_size))
+            s, kind = event(w, low, high, direction, round_off(noise, xs, now, law_size))
             s = min(s, 1.0)
         if s == 1.0:
             apply(full, p, xs, now)

@@ -41,6 +41,10 @@ class Group:
     states: Array
     memory: Array
 
+    def part(self, index: NDArray[np.int64], system: LureSystem) -> Group:
+        """Some of the cells, at another airspeed."""
+        return Group(index, system, self.spring, self.states[index], self.memory[index])
+
 
 class Cells(Protocol):
     """The contents of a map. Obligations:
@@ -113,9 +117,13 @@ class SpeedPitch:
 
     def groups(self, x: Array, y: Array) -> Iterator[Group]:
         """One group a speed; see `Cells`."""
+        whole: Group | None = None
         for value, index in distinct(x):
             system = self.family.at(value * self.reference)
-            yield started(index, system, self.spring, self.initial, {"alpha": np.radians(y[index])})
+            if whole is None:  # where cells start does not depend on the speed
+                varied = {"alpha": np.radians(y)}
+                whole = started(np.arange(x.size), system, self.spring, self.initial, varied)
+            yield whole.part(index, system)
 
     def identity(self) -> dict[str, Any]:
         """The matrices at every speed, the spring and the motion at τ = 0."""

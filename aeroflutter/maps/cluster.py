@@ -68,7 +68,7 @@ def _round(client: Client, study: Study, tasks: Sequence[Task]) -> Iterator[Outc
 
     waiting = deque(tasks)
     [shared] = client.scatter([study], broadcast=True, hash=False)
-    stream = as_completed()
+    stream = as_completed(loop=client.loop)
     at_hand: dict[Any, Task] = {}
 
     def submit() -> None:

@@ -69,11 +69,23 @@ class Store:
                     f"{path}: exists; give another name, --resume to go on with it, "
                     "or --overwrite to replace it"
                 )
-            _remove(path)
+            _check_ours(path)
         with _writing(path):
-            path.mkdir()
-            lock = _locked(path)
-            return cls(path, _laid_out(path, study), study, lock)
+            part = path.with_name(f".{path.name}.part")
+            if part.exists():  # left by a run that was killed while it laid out its store
+                _remove(part)
+            part.mkdir()
+            lock = _locked(part)
+            try:
+                _lay_out(part, study)
+                if path.exists():
+                    _remove(path)
+                part.rename(path)
+            except BaseException:
+                os.close(lock)
+                shutil.rmtree(part, ignore_errors=True)
+                raise
+            return cls(path, _opened(path), study, lock)
 
     @classmethod
     def resume(cls, path: Path, study: Study) -> Store:
@@ -240,7 +252,7 @@ def _digest(arrays: Mapping[str, AnyArray]) -> NDArray[np.uint8]:
     return np.frombuffer(digest.digest(), dtype=np.uint8)
 
 
-def _laid_out(path: Path, study: Study) -> zarr.Group:
+def _lay_out(path: Path, study: Study) -> None:
     """The empty arrays, and the attribute that makes the store ours."""
     import zarr
 
@@ -272,7 +284,6 @@ def _laid_out(path: Path, study: Study) -> zarr.Group:
             f"{phase}_cpu", shape=(count,), chunks=(1,), dtype="f8", fill_value=np.nan
         )
     group.attrs.update({MARK: {"format": FORMAT, "identity": study.identity(), "failures": []}})
-    return group
 
 
 def _opened(path: Path) -> zarr.Group:
@@ -302,13 +313,17 @@ def _damaged(path: Path, what: str) -> InputError:
     )
 
 
-def _remove(path: Path) -> None:
-    """Remove an old store; anything else is left alone, whatever was asked for."""
+def _check_ours(path: Path) -> None:
+    """Leave anything but a store of ours alone, whatever was asked for."""
     ours = path.is_dir() and (path / "zarr.json").is_file()
     if ours:
         ours = MARK in (path / "zarr.json").read_text("utf-8", errors="replace")
     if not ours:
         raise InputError(f"{path}: is no store of aeroflutter, so it is not overwritten; remove it")
+
+
+def _remove(path: Path) -> None:
+    """Remove a store that no run is writing to."""
     os.close(_locked(path))
     shutil.rmtree(path)
 

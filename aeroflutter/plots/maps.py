@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,7 +36,12 @@ LABELS = {
     "speed_ratio": look.SPEED_RATIO,
     "initial.alpha_deg": r"initial pitch $\alpha_0$ (deg)",
 }
-MARKS = {"linear flutter": look.BLACK, "DF onset": look.BLUE, "exact onset": look.GREEN}
+MARKS = {
+    "linear flutter": (look.BLACK, "-"),
+    "DF onset": (look.BLUE, (0, (5, 2))),
+    "exact onset": (look.BLACK, (0, (1, 1.5))),
+}
+DECADE = 10.0  # amplitudes further apart are coloured by their logarithm
 
 
 def plot_map(
@@ -108,6 +113,8 @@ def _boundaries(axes: Axes, found: FlutterMap) -> None:
 
 
 def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
+    from matplotlib.colors import LogNorm, Normalize
+
     cycling = found.state == STATES.index("lco")
     amplitude = np.ma.masked_where(~cycling, found.amplitude_deg)
     drawn = axes.pcolormesh(
@@ -118,9 +125,13 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
         rasterized=True,
     )
     if cycling.any():
-        drawn.set_clim(0.0, float(np.max(found.amplitude_deg[cycling])))
-        figure.colorbar(drawn, ax=axes, label=look.AMPLITUDE)
-    axes.set_title("amplitude of the limit cycle", pad=8)
+        sizes = found.amplitude_deg[cycling]
+        least, most = float(sizes.min()), float(sizes.max())
+        wide = most > DECADE * least > 0.0
+        drawn.set_norm(LogNorm(least, most) if wide else Normalize(0.0, most))
+        bar = figure.colorbar(drawn, ax=axes, label=f"{look.AMPLITUDE} of the limit cycle")
+        if wide:
+            bar.ax.yaxis.set_major_formatter("{x:g}")
 
 
 def edges(centres: Array) -> Array:
@@ -140,12 +151,22 @@ def _limits(axes: Axes, found: FlutterMap) -> None:
 
 
 def _mark(axes: NDArray[np.object_], marks: Mapping[str, float]) -> None:
-    """Lines at speeds within the map; the others are named in the corner of the first panel."""
-    for panel in axes:
-        low, high = panel.get_xlim()
-        for name, speed in marks.items():
+    """Lines at speeds within the map, all of them named with their values above the last panel."""
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for name, speed in marks.items():
+        colour, dashes = MARKS.get(name, (look.GREY, ":"))
+        line: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.1}
+        handles.append(Line2D([], [], label=f"{name} {speed:.4f}", **line))
+        for panel in axes:
+            low, high = panel.get_xlim()
             if low <= speed <= high:
-                look.mark_speed(panel, speed, name, colour=MARKS.get(name, look.GREY))
+                panel.axvline(speed, **line)
+    if handles:
+        axes[-1].legend(
+            handles=handles, ncols=len(handles), loc="lower center", bbox_to_anchor=(0.5, 1.0)
+        )
 
 
 SWEEP_PANELS = {

@@ -194,11 +194,15 @@ def combine(table: Array, p: int, xs: Array, now: int, w: Array, row: int) -> No
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def round_off(noise: Array, p: int, xs: Array, now: int, size: float) -> float:
-    """Bound of the round-off in y within a step."""
-    total = size
-    for j in range(noise.shape[1]):
-        total += noise[p, j] * abs(xs[now, j])
+def round_off(noise: Array, xs: Array, now: int, size: float) -> float:
+    """Bound of the round-off in y within a step: of the state alone, whatever the mode.
+
+    Where one mode says that it has ended, the next must not say that it has yet to begin.
+    """
+    n = noise.size - 1
+    total = size + noise[n] * size
+    for j in range(n):
+        total += noise[j] * abs(xs[now, j])
     return 8.0 * EPSILON * total
 
 
@@ -216,15 +220,16 @@ def event(w: Array, low: float, high: float, direction: int, tolerance: float) -
     Notes
     -----
     A mode begins within its window. What y exceeds an edge by at the start is round-off of the
-    step before, on another piece, and no event unless y goes on outwards.
+    step before, on another piece, and no event unless y goes on outwards. A rise that takes y
+    over an edge must be more than what is taken for no rise beyond it.
     """
     least, most = extent(w)
     at, kind = NEVER, NONE
-    excess = max(tolerance, 2.0 * (w[Y, 0] - high))
+    excess = max(4.0 * tolerance, 2.0 * (w[Y, 0] - high))
     if most > high + excess:
         at = first_beyond(w, 1, high, excess)
         kind = HIGH
-    excess = max(tolerance, 2.0 * (low - w[Y, 0]))
+    excess = max(4.0 * tolerance, 2.0 * (low - w[Y, 0]))
     if least < low - excess:
         place = first_beyond(w, -1, low, excess)
         if place < at:

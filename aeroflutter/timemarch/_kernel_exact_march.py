@@ -135,7 +135,7 @@ def march(
         quiet = not turns_wanted or (trend != 0 and monotone(w, trend, 0.0))
         if not (quiet and clear(w, low, high, direction)):
             combine(tables.power, p, xs, now, w, Y_POWER)
-            tolerance = round_off(tables.noise, p, xs, now, law.size)
+            tolerance = round_off(tables.noise, xs, now, law.size)
             s, kind = event(w, low, high, direction, tolerance)
             if turns_wanted:
                 trend = heading(w, 2.0 * tolerance) if trend == 0 else trend
@@ -282,7 +282,7 @@ def flow(
         s, kind = 1.0, NONE
         if not clear(w, low, high, direction):
             combine(tables.power, p, xs, now, w, Y_POWER)
-            tolerance = round_off(tables.noise, p, xs, now, law.size)
+            tolerance = round_off(tables.noise, xs, now, law.size)
             s, kind = event(w, low, high, direction, tolerance)
             s = min(s, 1.0)
         after = t + s * step

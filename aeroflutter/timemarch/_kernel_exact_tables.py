@@ -46,7 +46,7 @@ class Tables(NamedTuple):
     generator
         [A_k, b], (m, n, n+1).
     noise
-        Bound of the round-off in y a unit of each entry of (x, u), (m, n+1).
+        Bound of the round-off in y a unit of each entry of (x, u), on any slope, (n+1,).
     d_flow
         Derivative of `flow` with respect to a parameter, (m, w, n (n+1)), or (m, 0, 0).
     c
@@ -228,15 +228,14 @@ def longest_step(G: Array, dropped: Array) -> float:
 @njit(cache=True, nogil=True, error_model="numpy")
 def _economise(terms: Array, to_power: Array, out: Array) -> None:
     """Power coefficients (w, n (n+1)) of the economised series."""
-    n = terms.shape[1]
+    rows = terms.reshape(terms.shape[0], -1)
     out[:] = 0.0
-    for k in range(terms.shape[0]):
+    for k in range(rows.shape[0]):
         for row in range(min(k + 1, WIDTH)):
             factor = to_power[row, k]
             if factor != 0.0:
-                for i in range(n):
-                    for j in range(n + 1):
-                        out[row, i * (n + 1) + j] += factor * terms[k, i, j]
+                for j in range(rows.shape[1]):
+                    out[row, j] += factor * rows[k, j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -304,7 +303,7 @@ def build(
         np.empty((m, WIDTH, size)),
         np.empty((m, size)),
         np.empty((m, n, n + 1)),
-        np.empty((m, n + 1)),
+        np.empty(n + 1),
         np.empty((m, wanted, size if wanted else 0)),
         c.copy(),
     )
@@ -325,8 +324,6 @@ def build(
         _economise_row(terms, c, to_power, tables.power[p])
         _economise_row(terms, c, to_bernstein, tables.bernstein[p])
         _sum(terms, tables.full[p])
-        for j in range(n + 1):
-            tables.noise[p, j] = np.max(np.abs(tables.bernstein[p, j]))
         if wanted:
             dG = np.empty((n, n + 1))
             for i in range(n):
@@ -335,4 +332,6 @@ def build(
                 dG[i, n] = db[i]
             _d_taylor(G, dG, step, terms, d_terms)
             _economise(d_terms, to_power, tables.d_flow[p])
+    for j in range(n + 1):
+        tables.noise[j] = np.max(np.abs(tables.bernstein[:, j]))
     return tables
