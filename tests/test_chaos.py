@@ -187,30 +187,43 @@ def test_exponents_of_the_published_cycle_of_run_103():
     assert pair == pytest.approx(found.floquet, rel=1e-9)
 
 
-def two_trajectories(system, spring, state, windows, window, apart=1e-9):
+def two_trajectories(system, spring, state, memory, windows, window, apart=1e-9):
     """Largest exponent by two neighbours, brought together again after every window: Benettin."""
     prepared, n = Prepared.of(system, spring), state.size
     none, jacobian = np.empty((0, EVENT_COLUMNS)), np.empty((n + 1, n + 2))
     size = np.abs(state).max()
-    direction = np.random.default_rng(1).standard_normal(n)
-    gains, x = [], state.copy()
+    direction = np.append(np.random.default_rng(1).standard_normal(n), 0.0)
+    gains, z = [], np.append(state, memory)
     for _ in range(windows):
-        y = x + apart * size * direction / np.linalg.norm(direction)
-        for z in (x, y):
-            flow(prepared.tables, prepared.law, z, 0.0, -1, window, jacobian, none)
-        direction = y - x
+        pair = [z, z + apart * size * direction / np.linalg.norm(direction)]
+        for k, (*x, h) in enumerate(pair):
+            end = np.array(x)
+            _, h, _, _ = flow(prepared.tables, prepared.law, end, h, -1, window, jacobian, none)
+            pair[k] = np.append(end, h)
+        z, direction = pair[0], pair[1] - pair[0]
         gains.append(np.log(np.linalg.norm(direction) / (apart * size)) / window)
     blocks = np.array(gains[len(gains) // 10 :]).reshape(18, -1).mean(axis=1)
     return blocks.mean(), 2.1 * blocks.std(ddof=1) / np.sqrt(18)
 
 
-@pytest.mark.parametrize("ratio", [0.27, 0.29, 0.32])
-def test_two_neighbouring_trajectories_part_at_the_exponent(ratio):
+@pytest.mark.parametrize(
+    ("spring", "ratio", "alpha"),
+    [
+        (FREEPLAY, 0.27, 7 * DEGREE),
+        (FREEPLAY, 0.29, 7 * DEGREE),
+        (FREEPLAY, 0.32, 7 * DEGREE),
+        (Hysteresis(0.2, 1.0), 0.56, -2.0),
+        (Hysteresis(0.2, 1.0), 0.64, -2.0),
+    ],
+)
+def test_two_neighbouring_trajectories_part_at_the_exponent(spring, ratio, alpha):
     # Two runs of a chaotic motion differ, so the estimates can only agree within their errors.
-    found = chaos(at(ratio), FREEPLAY, SEVEN, ChaosOptions(cycles=8000))
-    other, spread = two_trajectories(at(ratio), FREEPLAY, found.final_state, 4000, 40.0)
+    found = chaos(at(ratio), spring, Initial(alpha=alpha), ChaosOptions(cycles=8000))
+    assert found.verdict == "chaotic"
+    start = found.final_state, found.final_memory
+    other, spread = two_trajectories(at(ratio), spring, *start, 4000, 40.0)
     assert other == pytest.approx(found.exponents.values[0], abs=spread + found.exponents.error[0])
-    assert other > 10 * spread
+    assert other > 5 * spread
 
 
 def rounded(width):
@@ -293,13 +306,29 @@ def test_freeplay_is_chaotic_where_price_et_al_have_chaos(ratio):
     assert 2.0 < found.exponents.dimension < 3.0
 
 
-@pytest.mark.parametrize("keys", [("zeta_alpha",), ("zeta_alpha", "zeta_xi")])
+def damped_scan(ratios, *keys):
+    """Freeplay with a tenth of the critical damping, over ratios to the undamped flutter speed."""
+    family = SectionFamily(TypicalSection(omega_bar=0.2, **dict.fromkeys(keys, 0.1)))
+    return chaos_scan(lambda r: family.at(r * FLUTTER), ratios, FREEPLAY, SEVEN, SHORT)
+
+
+@pytest.mark.parametrize("keys", [("zeta_alpha",), ("zeta_xi",), ("zeta_alpha", "zeta_xi")])
 def test_structural_damping_of_a_tenth_removes_the_chaos(keys):
-    damped = SectionFamily(TypicalSection(omega_bar=0.2, **dict.fromkeys(keys, 0.1)))
-    ratios = np.arange(0.25, 0.3501, 0.01)
-    scan = chaos_scan(lambda r: damped.at(r * FLUTTER), ratios, FREEPLAY, SEVEN, SHORT)
+    scan = damped_scan(np.arange(0.24, 0.3401, 0.01), *keys)
     assert "chaotic" not in scan.verdicts
     assert np.all(scan.exponents[:, 0] <= scan.errors[:, 0])
+
+
+def test_damping_in_pitch_alone_leaves_a_narrow_band_at_lower_speed():
+    scan = damped_scan([0.195, 0.2075, 0.215], "zeta_alpha")
+    assert scan.verdicts == ("periodic", "chaotic", "periodic")
+
+
+@pytest.mark.parametrize(("delta_v", "delta_h"), [(1.0, 1.0), (1.0, 0.2)], ids=["103", "111"])
+def test_wide_loops_have_no_chaos(delta_v, delta_h):
+    ratios = np.linspace(0.7, 0.98, 15)
+    scan = chaos_scan(at, ratios, Hysteresis(delta_v, delta_h), Initial(alpha=6.0), SHORT)
+    assert set(scan.verdicts) == {"damped", "periodic"}
 
 
 # Verdicts, errors, scans ----------------------------------------------------------------------

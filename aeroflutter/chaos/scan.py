@@ -81,9 +81,10 @@ class ChaosScan:
         steps = np.diff(inside, prepend=0, append=0)
         found = []
         for i, j in zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1, strict=True):
-            lower = Edge(values[i - 1], values[i]) if i > 0 else None
-            upper = Edge(values[j + 1], values[j]) if j + 1 < values.size else None
-            found.append(Band(float(values[i]), float(values[j]), lower, upper))
+            first, last = float(values[i]), float(values[j])
+            lower = Edge(float(values[i - 1]), first) if i > 0 else None
+            upper = Edge(float(values[j + 1]), last) if j + 1 < values.size else None
+            found.append(Band(first, last, lower, upper))
         return tuple(found)
 
 
