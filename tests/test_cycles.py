@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from marching import event_march
 
 from aeroflutter.case import load_case
-from aeroflutter.cycles import (
-    CycleOptions,
-    LimitCycles,
-    limit_cycles,
-)
+from aeroflutter.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
+from aeroflutter.errors import InputError
+from aeroflutter.lure import FixedFamily, LureFamily, SampledFamily, SectionFamily
+from aeroflutter.section import TypicalSection
+from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring
+from aeroflutter.timemarch.endstates import end_state
+from aeroflutter.timemarch.prepared import Prepared
 
 CHUNG = 6.2851  # U*_L as Chung, He & Lee 2009 round it; their speeds are multiples of it
+PLAIN = CycleOptions(simulations=0, depth=0)
+QUICK = replace(PLAIN, points=30)
 
 
 @cache
-def branch(run: str, **keywords: object) -> LimitCycles:
+def branch(run: str) -> LimitCycles:
     """The branch of a built-in case, computed once."""
     case = load_case(run)
-    return limit_cycles(case.family(), case.spring, CycleOptions(**keywords))  # type: ignore[arg-type]
+    return limit_cycles(case.family(), case.spring)
+
+
+@cache
+def section(omega_bar: float = 0.8, a_h: float = -0.5) -> SectionFamily:
+    return SectionFamily(TypicalSection(omega_bar=omega_bar, a_h=a_h))
 
 
 def speeds(result: LimitCycles, kind: str, family: int = 1) -> list[float]:
@@ -33,21 +44,270 @@ def speeds(result: LimitCycles, kind: str, family: int = 1) -> list[float]:
     )
 
 
-def test_chung_he_and_lee_2009_fold_then_symmetry_breaking() -> None:
-    """Eight digits are printed: the fold of the symmetric cycle, its symmetry broken just above."""
-    result = branch("run103")
-    fold = min(speeds(result, "fold"))
-    broken = min(speeds(result, "symmetry-breaking"))
-    assert abs(fold / CHUNG - 0.67892265) < 0.5e-8
-    assert abs(broken / CHUNG - 0.67892272) < 0.5e-8
+def misses(family: LureFamily, spring: Spring, cycle: Cycle) -> float:
+    """What a march by DOP853 misses after one period, over the size of the state."""
+    system = family.at(cycle.speed)
+    x, h = event_march(system, spring, cycle.state, cycle.memory, cycle.period, rtol=1e-13)
+    missed = np.max(np.abs(x - cycle.state) / np.max(np.abs(cycle.state)))
+    return max(float(missed), abs(h - cycle.memory) / cycle.amplitude)
+
+
+# --- Chung, He & Lee 2009: delta_v = delta_h, mu = 100, omega_bar = 0.2 -------------------------
+
+
+def test_fold_and_broken_symmetry_of_chung_he_and_lee_in_their_order() -> None:
+    """They print eight digits, relative to U*_L = 6.2851."""
+    fold = min(speeds(branch("run103"), "fold"))
+    broken = min(speeds(branch("run103"), "symmetry-breaking"))
+    assert abs(fold / CHUNG - 0.67892265) < 1e-8
+    assert abs(broken / CHUNG - 0.67892272) < 1e-8
     assert fold < broken
 
 
-@pytest.mark.parametrize("run", ["run14", "run103"])
-def test_every_cycle_closes_and_has_the_trivial_multiplier(run: str) -> None:
+def test_period_and_multipliers_of_chung_he_and_lee() -> None:
+    """Period 105.6 at 0.70 on the unstable branch. At 0.85 two independent event-exact
+    computations give 82.804 and -0.0937 ± 0.1485i; the paper's 82.78 and 0.0955 ± 0.1477i belong
+    to 0.8502, with the sign of the real part misprinted."""
+    family, spring = section(0.2), load_case("run103").spring
+    small, large = cycles_at(family, spring, 0.70 * CHUNG, QUICK).cycles
+    assert not large.stable
+    assert abs(large.period - 105.6) < 0.05
+    assert not small.stable
+    stable = cycles_at(family, spring, 0.85 * CHUNG, QUICK).cycles[-1]
+    assert stable.stable
+    assert abs(stable.period - 82.804) < 5e-4
+    assert abs(stable.multipliers[1].real + 0.0937) < 5e-5
+    assert abs(abs(stable.multipliers[1].imag) - 0.1485) < 5e-5
+    printed = cycles_at(family, spring, 0.8502 * CHUNG, QUICK).cycles[-1]
+    assert abs(printed.period - 82.78) < 5e-3
+    assert abs(printed.multipliers[1].real + 0.0955) < 2e-4
+    assert abs(abs(printed.multipliers[1].imag) - 0.1477) < 1e-4
+
+
+def test_symmetric_cycle_of_chung_he_and_lee_is_stable_above_where_symmetry_heals() -> None:
+    """Printed 0.8152; recomputed by others 0.8155."""
+    event = max(
+        (e for e in branch("run103").bifurcations if e.kind == "symmetry-breaking"),
+        key=lambda e: e.cycle.speed,
+    )
+    assert abs(event.cycle.speed / CHUNG - 0.8155) < 1e-4
+    assert event.stable_beside == (False, True)
+    above = [
+        c for c in branch("run103").families[0].cycles if c.amplitude > event.cycle.amplitude * 1.01
+    ]
+    assert len(above) > 50
+    assert all(cycle.stable for cycle in above)
+
+
+# --- every cycle ---------------------------------------------------------------------------------
+
+RUNS = ("run6", "run10", "run14", "run15", "run16", "run101", "run102", "run103", "run111")
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_every_cycle_closes_and_has_the_multiplier_one(run: str) -> None:
+    """Twice in a continuum of bias."""
     cycles = branch(run).cycles
-    assert len(cycles) > 200
+    assert len(cycles) >= 200
     assert max(cycle.closure for cycle in cycles) < 1e-10
     for cycle in cycles:
         ones = np.sort(np.abs(cycle.multipliers - 1.0))[: 2 if cycle.continuum else 1]
         assert np.all(ones < 1e-8)
+
+
+@pytest.mark.parametrize("run", ["run14", "run102", "run103"])
+def test_cycles_close_under_dop853(run: str) -> None:
+    """An integrator that shares nothing with the exact flow; its own error is magnified by the
+    largest multiplier."""
+    case = load_case(run)
+    chosen = branch(run).cycles[5 :: len(branch(run).cycles) // 4]
+    assert {cycle.stable for cycle in chosen} == {True, False}
+    for cycle in chosen:
+        worst = max(1.0, float(np.abs(cycle.multipliers).max()))
+        assert misses(case.family(), case.spring, cycle) < 1e-10 * worst
+
+
+@pytest.mark.parametrize(
+    ("run", "lost_by"),
+    [
+        ("run6", "neimark-sacker"),
+        ("run10", "neimark-sacker"),
+        ("run14", "fold"),
+        ("run15", "fold"),
+        ("run16", "neimark-sacker"),
+        ("run111", "fold"),
+    ],
+)
+def test_onset_is_a_fold_and_stability_is_lost_there_or_above(run: str, lost_by: str) -> None:
+    """What the events mean, seen in the multipliers: one passes 1, or a pair the unit circle."""
+    onset, stable = branch(run).onset, branch(run).stable_onset
+    assert onset is not None
+    assert stable is not None
+    assert (onset.kind, stable.kind) == ("fold", lost_by)
+    assert onset.stable == (lost_by == "fold")
+    others = onset.cycle.multipliers[1:]
+    assert np.abs(others - 1.0).min() < 1e-6
+    if lost_by == "fold":
+        assert stable.cycle.speed == onset.cycle.speed
+    else:
+        assert stable.cycle.speed_ratio > onset.cycle.speed_ratio + 2e-4
+        pair = stable.cycle.multipliers[1:3]
+        assert abs(pair[0].imag) > 0.01
+        assert np.abs(np.abs(pair) - 1.0).max() < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run", ["run6", "run10", "run14", "run15", "run16", "run111", "run103"])
+def test_onsets_stay_to_1e_10_when_every_step_is_halved(run: str) -> None:
+    case = load_case(run)
+    options = CycleOptions(step=0.01, max_step=0.06, points=400)
+    fine, coarse = limit_cycles(case.family(), case.spring, options), branch(run)
+    for name in ("onset", "stable_onset"):
+        one, other = getattr(fine, name), getattr(coarse, name)
+        assert one.kind == other.kind
+        assert abs(one.cycle.speed_ratio - other.cycle.speed_ratio) < 1e-10
+
+
+@pytest.mark.parametrize("run", ["run101", "run102", "run103"])
+def test_branches_with_broken_sequences_are_followed_to_their_ends(run: str) -> None:
+    """From the linear cycle at U*_L, where the slider begins to slide, to fifty times the scale;
+    on the way the sequence of switches changes and the curve turns back."""
+    main = branch(run).families[0]
+    ends = " | ".join(main.stopped)
+    assert "no longer switches" in ends
+    assert "50 times the spring's scale" in ends
+    ratios = [cycle.speed_ratio for cycle in main.cycles]
+    assert abs(max(ratios[0], ratios[-1]) - 1.0) < 1e-6
+    kinds = [event.kind for event in main.bifurcations]
+    assert kinds.count("grazing") + kinds.count("corner") >= 4
+    assert len({cycle.switches for cycle in main.cycles}) > 1
+
+
+def test_motions_end_on_stable_cycles_and_leave_unstable_ones() -> None:
+    """Freeplay at omega_bar = 0.2, where several attractors share a speed: the exact engine's end
+    state from one part in a thousand beside a cycle."""
+    case = load_case("run100")
+    seen = set()
+    for family in branch("run100").families[:5]:
+        for cycle in family.cycles[5 :: max(1, len(family.cycles) // 6)]:
+            margin = np.abs(cycle.multipliers[1:]).max() - 1.0
+            if abs(margin) < 0.05:
+                continue  # decides too slowly to be told
+            prepared = Prepared.of(case.family().at(cycle.speed), case.spring)
+            end = end_state(prepared, 1.001 * cycle.state, 0.0)
+            near = end.state == "lco" and abs(end.amplitude / cycle.amplitude - 1.0) < 1e-8
+            assert near == cycle.stable
+            seen.add((family.symmetric, cycle.stable))
+    assert seen == {(True, True), (True, False), (False, True), (False, False)}
+
+
+def test_preloaded_freeplay_of_price_alighanbari_and_lee() -> None:
+    """Price, Alighanbari & Lee 1995, M0 = alpha_f = 0.25, delta = 0.5, M_f = 0.05: period-1 cycles
+    from U/U*_L = 0.83 (read off a figure in steps of 0.01), period-2 ones below."""
+    spring = Bilinear(0.25, 0.05, 0.25, 0.5)
+    found = limit_cycles(section(0.2), spring, replace(PLAIN, depth=1, points=60))
+    healed = max(e.cycle.speed_ratio for e in found.bifurcations if e.kind == "period-doubling"
+                 and e.cycle.family == 1)  # fmt: skip
+    assert abs(healed - 0.83) < 0.005
+    doubled = [one for one in found.families if one.parent == 1]
+    assert any(cycle.stable and cycle.speed_ratio < 0.83 for cycle in doubled[0].cycles)
+    assert not any(cycle.symmetric for cycle in found.cycles)
+    assert max(abs(cycle.bias) for cycle in found.families[0].cycles) > 0.1
+
+
+# --- invariances ---------------------------------------------------------------------------------
+
+
+def test_the_spring_is_scale_free() -> None:
+    one = limit_cycles(section(), Hysteresis(1.0, 0.2), QUICK)
+    other = limit_cycles(section(), Hysteresis(1e-3, 2e-4), QUICK)
+    assert one.onset is not None
+    assert other.onset is not None
+    assert abs(one.onset.cycle.speed / other.onset.cycle.speed - 1.0) < 1e-10
+    assert abs(one.onset.cycle.amplitude / other.onset.cycle.amplitude / 1e3 - 1.0) < 1e-6
+
+
+def test_an_offset_of_the_gap_only_moves_the_motion_where_pitch_rests_freely() -> None:
+    """a_h = -1/2: motion about (H_off, -2 H_off U²/(mu omega_bar²)) is that of the centred loop."""
+    speed = 0.95 * 4.114540148067488
+    plain = cycles_at(section(), Hysteresis(1.0, 0.2), speed, QUICK).cycles
+    moved = cycles_at(section(), Hysteresis(1.0, 0.2, h_off=0.5), speed, QUICK).cycles
+    assert len(plain) == len(moved) == 2
+    for one, other in zip(plain, moved, strict=True):
+        assert abs(one.amplitude - other.amplitude) < 1e-10
+        assert abs(other.bias - one.bias - 0.5) < 1e-10
+        assert misses(section(), Hysteresis(1.0, 0.2, h_off=0.5), other) < 1e-9
+
+
+def test_offset_of_the_moment_makes_every_cycle_biased() -> None:
+    spring = Hysteresis(1.0, 0.5, v_off=0.25, h_off=0.3)
+    found = cycles_at(section(0.8, -0.4), spring, 0.95 * 3.920433920458305, QUICK).cycles
+    assert len(found) == 2
+    for cycle in found:
+        assert not cycle.symmetric
+        assert abs(cycle.bias) > 0.01
+        assert misses(section(0.8, -0.4), spring, cycle) < 1e-9
+
+
+def test_loop_without_friction_is_freeplay() -> None:
+    loop = limit_cycles(section(), Hysteresis(0.0, 1.0), QUICK)
+    gap = limit_cycles(section(), Freeplay(1.0), QUICK)
+    assert loop.onset is not None
+    assert gap.onset is not None
+    assert loop.onset.cycle.speed == gap.onset.cycle.speed
+
+
+# --- other systems -------------------------------------------------------------------------------
+
+
+def test_cycles_of_one_fixed_system_are_those_of_the_family_at_its_speed() -> None:
+    """Found along the gain instead of along the airspeed."""
+    spring = Hysteresis(1.0, 0.2)
+    along = cycles_at(section(), spring, 3.9, QUICK).cycles
+    fixed = cycles_at(FixedFamily(section().at(3.9)), spring, 0.0, QUICK).cycles
+    assert len(along) == len(fixed) == 2
+    for one, other in zip(along, fixed, strict=True):
+        assert abs(one.amplitude - other.amplitude) < 1e-10
+        assert one.stable == other.stable
+
+
+def test_sampled_model_has_the_cycles_of_what_was_sampled() -> None:
+    """The spline of 80 samples is good to 1e-7; so are its cycles."""
+    grid = np.linspace(3.5, 4.3, 80)
+    sampled = SampledFamily(grid, [section().at(u) for u in grid])
+    spring = Hysteresis(1.0, 0.2)
+    for one, other in zip(
+        cycles_at(section(), spring, 3.91, QUICK).cycles,
+        cycles_at(sampled, spring, 3.91, QUICK).cycles,
+        strict=True,
+    ):
+        assert abs(one.amplitude - other.amplitude) < 1e-6
+
+
+# --- refusals, and what is said ------------------------------------------------------------------
+
+
+def test_a_family_that_ends_says_where_and_why_and_what_there_is_is_kept() -> None:
+    short = limit_cycles(section(), Hysteresis(1.0, 0.2), replace(QUICK, max_states=12))
+    family = short.families[0]
+    assert any("12 cycles were followed (at 0.9" in stop for stop in family.stopped)
+    assert len(family.cycles) > 12
+    narrow = limit_cycles(section(), Hysteresis(1.0, 0.2), replace(QUICK, largest=2.0))
+    assert any("2 times the spring's scale (at 0.9" in s for s in narrow.families[0].stopped)
+
+
+def test_no_cycle_is_said_and_no_error() -> None:
+    assert "linear" in limit_cycles(section(), Linear()).notes[0]
+    below = replace(QUICK, speed_ratio_range=(0.3, 0.5))
+    assert "no limit cycle" in limit_cycles(section(), Hysteresis(1.0, 0.2), below).notes[-1]
+
+
+def test_what_cannot_be_done_is_refused() -> None:
+    with pytest.raises(InputError, match="aeroflutter hb"):
+        limit_cycles(section(), Cubic(1.0, 1.0))
+    with pytest.raises(InputError, match="cycles_at"):
+        limit_cycles(FixedFamily(section().at(3.9)), Freeplay(1.0))
+    with pytest.raises(InputError, match="speed: must lie between"):
+        cycles_at(section(), Freeplay(1.0), 1e9)
+    with pytest.raises(InputError, match=r"points: .*\n.*max_step: "):
+        CycleOptions(points=1, max_step=-1.0)
