@@ -92,6 +92,7 @@ class Balance:
             self._rows = np.delete(self._rows, self.ks.size)
         self._last: tuple[Real, Real, Real] | None = None
         self._answered: tuple[Real, Answer] | None = None
+        self._truncations: dict[bytes, float] = {}
 
     @property
     def unknowns(self) -> int:
@@ -134,7 +135,10 @@ class Balance:
 
     def truncation(self, x: Real) -> float:
         """Estimate of the harmonics left out, as a share of the amplitude: H+1 … 2H+1 together."""
-        return float(self._missing(x, 2 * int(self.ks[-1]) + 1)[1].sum())
+        key = x.tobytes()
+        if key not in self._truncations:
+            self._truncations[key] = float(self._missing(x, 2 * int(self.ks[-1]) + 1)[1].sum())
+        return self._truncations[key]
 
     def sufficient(self, x: Real, tolerance: float, most: int) -> int:
         """Highest harmonic at which the estimate would fall below a tolerance, as seen from x."""
