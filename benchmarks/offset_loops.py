@@ -28,10 +28,15 @@ _EXACT = CycleOptions(simulations=0, points=40, depth=0)
 
 
 class Offset(NamedTuple):
-    """One offset: amplitude and bias (degrees) of the stable cycle, DF and exact; NaN if none."""
+    """One offset: the stable cycle's amplitude and bias (degrees), NaN if there is none.
+
+    The describing function's bias is the mean; the exact one is the midrange, beside which `mean`
+    is that of harmonic balance.
+    """
 
     df: tuple[float, float]
     exact: tuple[float, float]
+    mean: float
 
 
 def offset(run: str, ratio: float, v_off: float) -> Offset:
@@ -43,7 +48,7 @@ def offset(run: str, ratio: float, v_off: float) -> Offset:
     nan = (np.nan, np.nan)
     found = [rows[i] for i in np.flatnonzero(above[:-1] != above[1:]) if rows[i + 1] == rows[i] + 1]
     if not found:
-        return Offset(nan, nan)
+        return Offset(nan, nan, np.nan)
     i = max(found, key=lambda j: curve.amplitude[j])
     guess = sinusoid(curve.amplitude[i], curve.bias[i], curve.k[i], ratio * curve.flutter_speed)
     one = solve_cycle(
@@ -57,8 +62,9 @@ def offset(run: str, ratio: float, v_off: float) -> Offset:
             cycle = solve_cycle(family, spring, cycle, options=options, symmetric=False)
         exact: Cycle = cycle_near(family, spring, cycle.Y, cycle.omega, cycle.speed)
     except ConvergenceError:
-        return Offset(df, nan)
-    return Offset(df, (np.degrees(exact.amplitude), np.degrees(exact.bias)))
+        return Offset(df, nan, np.nan)
+    mean = float(np.degrees(cycle.Y[0].real))
+    return Offset(df, (np.degrees(exact.amplitude), np.degrees(exact.bias)), mean)
 
 
 def onsets(run: str, zeta: float) -> tuple[float, float]:
@@ -81,15 +87,19 @@ def measure() -> Iterator[Measurement]:
         for run, ratio in zip(RUNS, SPEEDS, strict=True)
     }
     for run, ratio in zip(RUNS, SPEEDS, strict=True):
-        print(f"  {run} at {ratio}: V_off, DF amplitude and bias, exact amplitude and bias (deg)")
+        print(
+            f"  {run} at {ratio}: V_off, DF amplitude and mean, exact amplitude, bias, mean (deg)"
+        )
         for v, one in zip(OFFSETS, offsets[run], strict=True):
-            print("   ", f"{v:.1f} ", "  ".join(f"{x:.4f}" for x in (*one.df, *one.exact)))
+            print(
+                "   ", f"{v:.1f} ", "  ".join(f"{x:.4f}" for x in (*one.df, *one.exact, one.mean))
+            )
         ratios = np.array([one.df[0] / one.exact[0] - 1 for one in offsets[run]])
         yield Measurement(
             f"{run}: amplitude, largest relative difference", np.nanmax(abs(ratios)), ""
         )
-        bias = np.array([one.df[1] - one.exact[1] for one in offsets[run]])
-        yield Measurement(f"{run}: bias, largest difference", np.nanmax(abs(bias)), "deg")
+        apart = np.array([one.df[1] - one.mean for one in offsets[run]])
+        yield Measurement(f"{run}: mean pitch, largest difference", np.nanmax(abs(apart)), "deg")
     damped = {run: np.array([onsets(run, zeta) for zeta in DAMPING]) for run in DAMPED}
     for run, values in damped.items():
         print(f"  {run}: zeta_alpha, onset by DF and exact, over the flutter speed")
@@ -110,11 +120,14 @@ def draw(offsets: dict[str, list[Offset]], damped: dict[str, np.ndarray]) -> Non
             for axis, part in zip(axes, (0, 1), strict=False):
                 axis.plot(OFFSETS, [one.exact[part] for one in found], color=colour, label=label)
                 axis.plot(OFFSETS, [one.df[part] for one in found], "o", color=colour)
+            axes[1].plot(OFFSETS, [one.mean for one in found], "--", color=colour)
         for i, (run, values) in enumerate(damped.items()):
             axes[2].plot(DAMPING, values[:, 1], color=look.CYCLE[i], label=run)
             axes[2].plot(DAMPING, values[:, 0], "o", color=look.CYCLE[i])
         for axis, label in zip(
-            axes, ("pitch amplitude (deg)", "bias (deg)", "onset $U^*/U^*_L$"), strict=True
+            axes,
+            ("pitch amplitude (deg)", "midrange, mean dashed (deg)", "onset $U^*/U^*_L$"),
+            strict=True,
         ):
             axis.set_ylabel(label)
             axis.set_xlabel(r"$V_\mathrm{off}$ (deg)")

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 _WHOLE = 1e-6  # relative difference below which a fraction of the period is a period
 _FRACTIONS = (2, 3, 5, 7)
+_SHORTEST = 1e-3  # of the guess's period: what returns sooner still does not move
 _MIRROR = 1e-5  # relative difference below which a simulated motion mirrors itself
 _SAMPLES = 256
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and U/U_ref
@@ -125,12 +126,16 @@ def converged(
         raise ConvergenceError("Newton's method stopped short of a cycle, at a kink")
     if switches_of(frame.loop, trace) == 0:
         raise ConvergenceError("the spring does not switch: a cycle of a linear system")
-    return _cut(frame, shooting, found, sizes)
+    return _cut(frame, shooting, found, sizes, _SHORTEST * period)
 
 
-def _cut(frame: Frame, shooting: Shooting, q: Array, sizes: Array) -> tuple[Shooting, Array]:
+def _cut(
+    frame: Frame, shooting: Shooting, q: Array, sizes: Array, shortest: float
+) -> tuple[Shooting, Array]:
     """The same cycle once round, on the half-period map if it mirrors itself."""
     z, period, speed = shooting.unpack(q)
+    if period < shortest:
+        raise ConvergenceError("the motion returns after any time: it is at rest")
     flow = shooting.flow(q)
 
     def returns(duration: float, sign: float) -> bool:
@@ -141,9 +146,9 @@ def _cut(frame: Frame, shooting: Shooting, q: Array, sizes: Array) -> tuple[Shoo
     for count in _FRACTIONS:
         part = period / count
         if symmetric and count % 2 and returns(part / 2, -1.0):
-            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes)
+            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes, shortest)
         if not symmetric and returns(part, 1.0):
-            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes)
+            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes, shortest)
     if not symmetric and frame.centre.odd and returns(period / 2, -1.0):
         return Shooting(frame.loop, True, frame.reference), q
     return shooting, q
