@@ -215,7 +215,7 @@ def test_dead_workers_cost_their_blocks_only(whole, tmp_path: Path) -> None:
     assert arrays(store) == whole
 
 
-def test_ctrl_c_says_how_to_go_on(whole, tmp_path: Path) -> None:
+def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
     store = tmp_path / "m.zarr"
     words = command(SLOW[0], store, *SLOW[1:], "--workers", "2")
     process = start(words)
@@ -226,17 +226,11 @@ def test_ctrl_c_says_how_to_go_on(whole, tmp_path: Path) -> None:
     assert f"blocks are safe in {store}" in err
     assert "--resume" in err
     assert "Traceback" not in err
-    finish([*words, "--resume"])
-    assert arrays(store) == whole
 
 
 def test_a_full_disk_is_told_and_the_run_goes_on_later(tmp_path: Path) -> None:
-    words = (
-        "--speed-ratio",
-        "0.9:0.95:4",
-        "--alpha-deg",
-        "2:2001:2000",
-    )  # a coordinate that compresses
+    # The pitches compress, the times of decision do not: their block is what the disk cannot take.
+    words = ("--speed-ratio", "0.9:0.95:4", "--alpha-deg", "2:2001:2000")
     store, other = tmp_path / "m.zarr", tmp_path / "other.zarr"
     told = finish(command("run14", store, *words), code=1, file_limit=8_192)
     assert "no room to write" in told

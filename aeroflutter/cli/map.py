@@ -298,7 +298,8 @@ def opened(study: Any, target: Target, case: Case) -> Any:
 def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     """Run a study with its progress on stderr; an interrupted run says how to go on."""
     from aeroflutter.cli.progress import patience, progress
-    from aeroflutter.maps import Cluster, Store, StoreFull, run
+    from aeroflutter.errors import AeroflutterError
+    from aeroflutter.maps import Cluster, Store, run
 
     if not isinstance(executor, Cluster):
         with patience("compiling the engine; this happens once and takes a minute or two"):
@@ -306,7 +307,7 @@ def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     try:
         with progress(unit) as report:
             run(study, results, executor, report)
-    except (KeyboardInterrupt, StoreFull) as stop:
+    except (KeyboardInterrupt, AeroflutterError, OSError) as stop:
         if isinstance(results, Store):
             how = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
             print(_how_to_resume(how, results), file=sys.stderr)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from aeroflutter.errors import InputError
+from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.maps.study import Outcome, Study, Task, carry_out
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ class Cluster:
     ------
     InputError
         If Dask is not installed, no scheduler answers, or its workers run another version.
+    AeroflutterError
+        If the scheduler goes away in the middle.
     """
 
     address: str
@@ -95,6 +98,8 @@ def _compute(study: Study, task: Task) -> tuple[Any, float, str | None]:
 def _outcome(future: Any, task: Task) -> Outcome:
     from distributed import KilledWorker
 
+    if future.cancelled():
+        raise AeroflutterError("the Dask scheduler has gone")
     error = future.exception()
     if error is None:
         arrays, cpu, failure = future.result()
@@ -111,6 +116,7 @@ def _client(address: str) -> Client:
         raise InputError(
             "--scheduler: needs Dask; install it with `pip install aeroflutter[cluster]`"
         ) from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what ails it is raised
     try:
         return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
