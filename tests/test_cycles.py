@@ -292,6 +292,7 @@ def test_a_family_that_ends_says_where_and_why_and_what_there_is_is_kept() -> No
     family = short.families[0]
     assert any("12 cycles were followed (at 0.9" in stop for stop in family.stopped)
     assert len(family.cycles) > 12
+    assert any("family 1 could not be followed further" in note for note in short.notes)
     narrow = limit_cycles(section(), Hysteresis(1.0, 0.2), replace(QUICK, largest=2.0))
     assert any("2 times the spring's scale (at 0.9" in s for s in narrow.families[0].stopped)
 

@@ -28,7 +28,18 @@ from aeroflutter.cycles.result import Cycle
 from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.errors import ConvergenceError
 
-__all__ = ["BACK", "Place", "Strand", "between", "crossing", "follow", "meeting", "same"]
+__all__ = [
+    "BACK",
+    "FAILURES",
+    "NOT_ENTERED",
+    "Place",
+    "Strand",
+    "between",
+    "crossing",
+    "follow",
+    "meeting",
+    "same",
+]
 
 Array = NDArray[np.float64]
 
@@ -39,8 +50,13 @@ _BEYOND = 1e-4  # first step beyond a corner: another part of the curve may be n
 _COINCIDE = 1e-6  # distance within which a corner and a change of sequence are one event
 
 BACK = "the family comes back to the one it branched from"
+NOT_ENTERED = "the other side of the first cycle could not be entered"
 _LINEAR = "the spring no longer switches: cycles of a linear system, of any amplitude"
 _CLOSED = "the curve closes"
+_MANY = "cycles were followed"
+_NO_START = "the cycle could not be started from elsewhere"
+FAILURES = (STALLED, _MANY, _NO_START, NOT_ENTERED)
+"""Reasons for which a strand ends before its curve does."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +149,7 @@ def follow(
         if corner is not None and strand.end.at > turned_at + _BEYOND:
             strand.stop, (q, along), turned_at = "", corner, strand.end.at
         if len(strand.places) > options.max_states:
-            strand.stop = f"{options.max_states} cycles were followed"
+            strand.stop = f"{options.max_states} {_MANY}"
         if strand.stop:
             break
         try:
@@ -142,7 +158,7 @@ def follow(
             leg = start_leg(frame, leg.shooting, q, along, options, offset=at, half=half, step=step)
             strand.add(leg, leg.walk.first, seam=corner is None)
         except ConvergenceError as error:
-            strand.stop = f"the cycle could not be started from elsewhere: {error}"
+            strand.stop = f"{_NO_START}: {error}"
     cycle = strand.end.cycle
     ratio = cycle.speed if np.isnan(cycle.speed_ratio) else cycle.speed_ratio
     strand.stop += f" (at {ratio:.6g}, amplitude {np.degrees(cycle.amplitude):.4g} deg)"

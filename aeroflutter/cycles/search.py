@@ -10,7 +10,17 @@ from numpy.typing import NDArray
 
 from aeroflutter.cycles.assemble import Family, assemble, lowest
 from aeroflutter.cycles.centre import centre
-from aeroflutter.cycles.follow import BACK, Place, Strand, crossing, follow, meeting, same
+from aeroflutter.cycles.follow import (
+    BACK,
+    FAILURES,
+    NOT_ENTERED,
+    Place,
+    Strand,
+    crossing,
+    follow,
+    meeting,
+    same,
+)
 from aeroflutter.cycles.loop import Loop
 from aeroflutter.cycles.measure import Frame, cycle_at
 from aeroflutter.cycles.options import CycleOptions
@@ -163,11 +173,14 @@ class Search:
             stable_onset=lowest([one.stable_onset for one in facts]),
             speed_range=(low * self.frame.reference, high * self.frame.reference),
             odd=self.frame.centre.odd,
-            notes=(*self.notes, *map(_left_out, self._with_left_out()), *self._empty()),
+            notes=(*self.notes, *self._remarks(), *self._empty()),
         )
 
-    def _with_left_out(self) -> list[Family]:
-        return [family for family in self.families if family.left_out]
+    def _remarks(self) -> Iterator[str]:
+        for family in self.families:
+            yield from _broken_off(family)
+            if family.left_out:
+                yield _left_out(family)
 
     def _empty(self) -> list[str]:
         if self.families or isinstance(self.frame.loop.spring, Linear):
@@ -236,9 +249,7 @@ class Search:
                     watch=self.watch,
                 )
             except ConvergenceError as error:
-                reason = (
-                    reason or f"the other side of the first cycle could not be entered: {error}"
-                )
+                reason = reason or f"{NOT_ENTERED}: {error}"
                 continue
             del ahead.places[:i]
             return strand
@@ -342,6 +353,17 @@ class Search:
 
         best = min(marks, key=distance, default=None)
         return best if best is not None and distance(best) < _NEAR else None
+
+
+def _broken_off(family: Family) -> Iterator[str]:
+    """What there is to say of ends that are none of the curve's own."""
+    facts = family.facts
+    for stop in facts.stopped:
+        if any(reason in stop for reason in FAILURES):
+            yield (
+                f"family {facts.number} could not be followed further: {stop}; its "
+                f"{len(facts.cycles)} cycles up to there are kept"
+            )
 
 
 def _left_out(family: Family) -> str:
