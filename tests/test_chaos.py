@@ -19,6 +19,7 @@ from aeroflutter import (
     Linear,
     LureSystem,
     SectionFamily,
+    Table,
     TypicalSection,
 )
 from aeroflutter.chaos import Band, ChaosOptions, Edge, band_edge, chaos, chaos_scan
@@ -306,6 +307,31 @@ def test_freeplay_is_chaotic_where_price_et_al_have_chaos(ratio):
     assert 2.0 < found.exponents.dimension < 3.0
 
 
+def test_double_scroll_of_chuas_circuit():
+    # Matsumoto, Chua & Komuro 1985 (IEEE Trans. Circuits Syst. 32), 1/C1 = 9, 1/C2 = 1, 1/L = 7,
+    # G = 0.7, slopes -0.8 and -0.5: exponents 0.23, 0, -1.78 and dimension 2.13, as printed: half
+    # a digit and our own stated error are allowed for. Here c b is not zero: the spring acts on the rate of y itself.
+    A = np.array([[-6.3, 6.3, 0.0], [0.7, -0.7, 1.0], [0.0, -7.0, 0.0]])
+    circuit = LureSystem(A, np.array([9.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+    diode = Table((-2.0, -1.0, 1.0, 2.0), (1.3, 0.8, -0.8, -1.3))
+    found = chaos(circuit, diode, Initial(state=[0.1, 0.0, 0.0]))
+    assert found.verdict == "chaotic"
+    allowed = 0.005 + found.exponents.error
+    assert np.all(np.abs(found.exponents.values - [0.23, 0.0, -1.78]) <= allowed)
+    assert found.exponents.error[0] < 0.005
+    assert found.exponents.dimension == pytest.approx(2.13, abs=0.005)
+
+
+@pytest.mark.slow
+def test_chua_circuit_with_a_cubic_diode_is_chaotic_under_dop853():
+    A = np.array([[0.0, 10.0, 0.0], [1.0, -1.0, 1.0], [0.0, -16.0, 0.0]])
+    circuit = LureSystem(A, np.array([10.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))
+    options = ChaosOptions(cycles=200, transient=50)
+    found = chaos(circuit, Cubic(-0.143, 1.0), Initial(state=[0.1, 0.0, 0.0]), options)
+    assert (found.verdict, found.engine) == ("chaotic", "smooth")
+    assert abs(found.exponents.values[1]) <= found.exponents.error[1]
+
+
 def damped_scan(ratios, *keys):
     """Freeplay with a tenth of the critical damping, over ratios to the undamped flutter speed."""
     family = SectionFamily(TypicalSection(omega_bar=0.2, **dict.fromkeys(keys, 0.1)))
@@ -344,6 +370,21 @@ def test_exponents_do_not_depend_on_the_size_of_the_spring(power):
     other = chaos(at(0.3), FREEPLAY.scaled(factor), Initial(alpha=7 * DEGREE * factor), options)
     np.testing.assert_array_equal(one.exponents.values, other.exponents.values)
     np.testing.assert_array_equal(one.section.pitch * factor, other.section.pitch)
+
+
+def test_verdict_is_that_of_what_comes_after_a_transient(monkeypatch):
+    # As if the end state had been missed the first time: the motion is looked at again.
+    land, calls = ExactEngine.land, []
+
+    def hasty(engine, state, memory):
+        calls.append(memory)
+        found = land(engine, state, memory)
+        return found if len(calls) > 1 else dataclasses.replace(found, state="aperiodic", loops=0)
+
+    monkeypatch.setattr(ExactEngine, "land", hasty)
+    found = chaos(at(0.2), FREEPLAY, SEVEN, ChaosOptions(cycles=400, transient=100))
+    assert (found.name, len(calls)) == ("period-1", 2)
+    assert found.transient == 100 + 400 + 100
 
 
 def test_torus_is_quasi_periodic():

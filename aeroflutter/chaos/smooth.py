@@ -14,7 +14,7 @@ import numpy as np
 from aeroflutter.chaos.growth import Growth, Landing, first_tangents
 from aeroflutter.springs import Cubic
 from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
-from aeroflutter.timemarch.settling import period_range
+from aeroflutter.timemarch.settling import closed_slopes, period_range
 from aeroflutter.timemarch.smooth import _scalar_law as scalar_law
 from aeroflutter.timemarch.spectra import PoincareSection
 
@@ -32,6 +32,8 @@ __all__ = ["SmoothEngine", "slope_law"]
 
 RTOL = 1e-9
 STEPS_A_PERIOD = 4
+WATCHED = 500.0  # longest periods over which an end state is looked for
+NO_PERIOD = 100.0  # τ, for systems that do not oscillate
 DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
 
 
@@ -47,13 +49,20 @@ class SmoothEngine:
 
     def land(self, state: Array, memory: float) -> Landing:
         """End state by the recurrence of the motion itself."""
-        options = SimulateOptions(engine="exact", record=False)
+        _, longest = self.periods(state)
+        options = SimulateOptions(engine="exact", record=False, duration=WATCHED * longest)
         end = simulate(self.system, self.spring, Initial(state=state, memory=memory), options)
         return Landing(
             state=end.state, reason=end.reason, loops=int(end.extras.get("loops", 0)),
             period=end.period, multiplier=float("nan"), rest=end.rest,
             state_vector=end.final_state, memory=end.final_memory,
         )  # fmt: skip
+
+    def periods(self, state: Array) -> tuple[float, float]:
+        """Shortest and longest period of small oscillations at rest and about a state, τ."""
+        slopes = closed_slopes(self.spring, float(self.system.c @ state))
+        shortest, longest = period_range(self.system, slopes)
+        return (shortest, longest) if np.isfinite(longest) else (NO_PERIOD, NO_PERIOD)
 
     def slope(self, landing: Landing) -> float:
         """Incremental slope at the pitch where the motion is."""
@@ -105,12 +114,11 @@ class _March:
         self.falling, self.rising = _Turn(system, self.moment, -1), _Turn(system, self.moment, 1)
         self.x = self.landing.state_vector.copy()
         self.tangents = np.linalg.qr(first_tangents(self.x.size, self.exponents))[0]
-        shortest, longest = period_range(system, (self.slope(float(self.c @ self.x)),))
+        shortest, longest = self.engine.periods(self.x)
         self.window = self.landing.period / max(self.landing.loops, 1)
         if not np.isfinite(self.window):
-            self.window = longest if np.isfinite(longest) else 100.0
-        self.longest_step = min(self.window, shortest if shortest > 0.0 else np.inf)
-        self.longest_step /= STEPS_A_PERIOD
+            self.window = longest
+        self.longest_step = min(self.window, shortest) / STEPS_A_PERIOD
         self.first_step: float | None = None
         self.size = float(np.abs(self.x).max()) or 1.0
         self.restart()

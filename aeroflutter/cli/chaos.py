@@ -81,6 +81,8 @@ def chaos(
     from aeroflutter.chaos import ChaosOptions
 
     output.check()
+    if follow and edges:
+        raise InputError("--edges: excludes --follow; edges are sought from the initial motion")
     loaded = options.load(case)
     study = _Study.of(loaded, speed_ratio, speed, zeta_alpha, zeta_xi, alpha_deg)
     settings = ChaosOptions(cycles=cycles, transient=transient, exponents=exponents)
