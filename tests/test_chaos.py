@@ -310,7 +310,8 @@ def test_freeplay_is_chaotic_where_price_et_al_have_chaos(ratio):
 def test_double_scroll_of_chuas_circuit():
     # Matsumoto, Chua & Komuro 1985 (IEEE Trans. Circuits Syst. 32), 1/C1 = 9, 1/C2 = 1, 1/L = 7,
     # G = 0.7, slopes -0.8 and -0.5: exponents 0.23, 0, -1.78 and dimension 2.13, as printed: half
-    # a digit and our own stated error are allowed for. Here c b is not zero: the spring acts on the rate of y itself.
+    # a digit and our own stated error are allowed for. Here c b is not zero: the spring acts on
+    # the rate of y itself.
     A = np.array([[-6.3, 6.3, 0.0], [0.7, -0.7, 1.0], [0.0, -7.0, 0.0]])
     circuit = LureSystem(A, np.array([9.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]))
     diode = Table((-2.0, -1.0, 1.0, 2.0), (1.3, 0.8, -0.8, -1.3))
