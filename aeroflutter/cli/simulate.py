@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -331,31 +332,42 @@ def _sweep_dataset(passes: tuple[Sweep, ...], case: Case, reference: float) -> x
 
 @contextmanager
 def late_bar(label: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on stderr that appears only when the work takes longer than `PATIENCE`.
+    """A progress bar on a terminal that appears when the work takes longer than `PATIENCE`.
+
+    It appears by the clock: the first use of an engine compiles it, which tells nothing of its
+    progress.
 
     Yields
     ------
     callable
         To be called now and then with the fraction done.
     """
-    from time import monotonic
+    from threading import Timer
 
-    begun = monotonic()
     bars: list[Any] = []
 
-    def tick(fraction: float) -> None:
-        if not bars and monotonic() - begun > PATIENCE:
-            bars.append(_bar())
-            bars[0].start()
-            bars[0].add_task(label, total=1.0)
-        if bars:
-            bars[0].update(bars[0].task_ids[0], completed=fraction)
+    def show() -> None:
+        bar = _bar()
+        bar.add_task(label, total=1.0)
+        bar.start()
+        bars.append(bar)
 
+    def tick(fraction: float) -> None:
+        for bar in bars:
+            bar.update(bar.task_ids[0], completed=fraction)
+
+    timer = Timer(PATIENCE, show)
+    timer.daemon = True
+    if sys.stderr.isatty():
+        timer.start()
     try:
         yield tick
     finally:
-        if bars:
-            bars[0].stop()
+        timer.cancel()
+        if timer.is_alive():
+            timer.join()  # it may be about to show the bar
+        for bar in bars:
+            bar.stop()
 
 
 def _bar() -> Any:

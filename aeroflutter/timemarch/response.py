@@ -322,6 +322,7 @@ def simulate(
     Examples
     --------
     >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection, Wagner
+    >>> from aeroflutter.timemarch import Initial, simulate
     >>> system = SectionFamily(TypicalSection(omega_bar=0.8), Wagner()).at(3.9)
     >>> spring = Hysteresis(delta_v=0.0174533, delta_h=0.0034907)
     >>> simulate(system, spring, Initial(alpha=0.1)).state
