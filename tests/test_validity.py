@@ -22,7 +22,7 @@ from aeroflutter.harmonic.moment import answer, waveform
 from aeroflutter.lure import SectionFamily
 from aeroflutter.section import TypicalSection
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring, Table
-from aeroflutter.validity import Guarantees, guarantee_fields, guarantees, guarantees_at
+from aeroflutter.validity import Guarantees, cut, guarantee_fields, guarantees, guarantees_at
 from aeroflutter.validity.bounds import mean_square_bounds, supremum_bounds
 from aeroflutter.validity.law import Law, law_of
 from aeroflutter.validity.loop import highest_harmonic, sample_loop
@@ -225,6 +225,22 @@ def test_bands_of_amplitude_hold_the_exact_cycle_at_that_speed(spring: Spring) -
         exact = cycle_near(family, spring, guess.Y, guess.omega, guess.speed)
         low, high = found.amplitude[i]
         assert low <= exact.first_harmonic <= high
+
+
+def test_single_points_are_cut_at_their_own_speed_and_hold_the_exact_cycle() -> None:
+    family, spring = SECTION[0.8], Hysteresis(1.0, 0.2)
+    at = describing_at(family, spring, [0.55, 1.0, 5.0])
+    points = {"amplitude": at.amplitude, "bias": at.bias, "speed": at.speed, "omega": at.k}
+    found = guarantees_at(family, spring, **points, distortion=at.distortion)
+    cut(family, spring, found, **points, slope=at.slope)
+    assert found.exists_at_speed.all()
+    for i, a in enumerate(at.amplitude):
+        low, high = found.amplitude[i]
+        assert low < a < high < 1.1 * a
+        guess = sinusoid(a, 0.0, at.k[i], at.speed[i])
+        for harmonics in (1, 5, 21, 61):
+            guess = solve_cycle(family, spring, guess, options=HarmonicOptions(harmonics=harmonics))
+        assert low <= guess.first_harmonic <= high
 
 
 def test_no_band_of_amplitude_promises_a_cycle_beside_a_fold() -> None:

@@ -62,7 +62,9 @@ def df(
         if (wanted <= 0).any():
             raise InputError("--amplitudes-deg: every amplitude must be positive")
         result = describing_at(loaded.family(), loaded.spring, wanted * math.pi / 180, settings)
-    verdict = functools.cache(lambda: _guarantees(loaded, result))  # once, and only if asked for
+    verdict = functools.cache(  # once, and only if asked for
+        lambda: _guarantees(loaded, result, single=amplitudes_deg is not None)
+    )
     output.deliver(
         _payload(loaded, result, verdict()) if output.json else {},
         text=lambda: _print(loaded, result, every=amplitudes_deg is not None),
@@ -71,15 +73,29 @@ def df(
     )
 
 
-def _guarantees(case: Case, result: DescribingCurve, only: list[int] | None = None) -> Guarantees:
-    """The guarantee of every point, or of some, the latter without bands of amplitude."""
-    from aeroflutter.validity import guarantees, guarantees_at
+def _guarantees(
+    case: Case, result: DescribingCurve, only: list[int] | None = None, *, single: bool = False
+) -> Guarantees:
+    """The guarantee of every point, or of some, the latter without bands of amplitude.
 
-    if only is None:
+    Points that are not a curve are `single`: none bounds its neighbour's amplitude.
+    """
+    from aeroflutter.validity import cut, guarantees, guarantees_at
+
+    if only is None and not single:
         return guarantees(case.family(), case.spring, result)
-    names = {"amplitude": "amplitude", "bias": "bias", "speed": "speed", "omega": "k"}
-    chosen = {key: getattr(result, name)[only] for key, name in names.items()}
-    return guarantees_at(case.family(), case.spring, **chosen, distortion=result.distortion[only])
+    chosen = slice(None) if only is None else only
+    points = {
+        "amplitude": result.amplitude[chosen],
+        "bias": result.bias[chosen],
+        "speed": result.speed[chosen],
+        "omega": result.k[chosen],
+    }
+    distortion = result.distortion[chosen]
+    found = guarantees_at(case.family(), case.spring, **points, distortion=distortion)
+    if single:
+        cut(case.family(), case.spring, found, **points, slope=result.slope[chosen])
+    return found
 
 
 def _pair(option: str, text: str) -> tuple[float, float]:

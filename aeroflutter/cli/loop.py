@@ -164,4 +164,4 @@ def _figure(case: Case, result: LoopTest) -> Figure:
 
     ratio = result.speed_ratio
     at = f"$U^*/U^*_L$ = {ratio:.4g}" if math.isfinite(ratio) else f"$U^*$ = {result.speed:.4g}"
-    return plot_loop(result, f"{case.title}\n{at}")
+    return plot_loop(result, f"{case.title}; {at}")

@@ -2,10 +2,12 @@
 
 from aeroflutter.validity.distortion import doubtful, expected_error
 from aeroflutter.validity.fields import guarantee_fields
+from aeroflutter.validity.section import cut
 from aeroflutter.validity.verdict import Guarantees, guarantees, guarantees_at
 
 __all__ = [
     "Guarantees",
+    "cut",
     "doubtful",
     "expected_error",
     "guarantee_fields",

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["doubtful", "expected_error"]
 
-COEFFICIENT, EXPONENT = 0.74, 0.80
-THRESHOLD = 0.05
+COEFFICIENT, EXPONENT = 0.83, 0.86
+THRESHOLD = 0.077
 
 
 def expected_error(distortion: ArrayLike) -> NDArray[np.float64]:

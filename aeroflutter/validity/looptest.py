@@ -13,7 +13,8 @@ from aeroflutter.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
 from aeroflutter.harmonic.moment import answer
 from aeroflutter.lure import LureFamily
 from aeroflutter.springs import Spring, simplify
-from aeroflutter.validity.verdict import Guarantees, guarantees, guarantees_at
+from aeroflutter.validity.section import cut
+from aeroflutter.validity.verdict import Guarantees, guarantees_at
 
 __all__ = ["LoopCycle", "LoopTest", "LoopTestOptions", "loop_test"]
 
@@ -142,10 +143,8 @@ def loop_test(
         raise InputError(f"speed: must be positive and finite, not {speed!r}")
     curve = curve or describing_curve(family, spring, DescribingOptions(points=100))
     found = _cycles_at(family, spring, curve, speed)
-    tube = guarantees(family, spring, curve) if found else None
     cycles = tuple(
-        _cycle(family, spring, cycle, options, None if tube is None else _section(tube, near))
-        for cycle, near in found
+        _cycle(family, spring, cycle, options, float(curve.slope[near])) for cycle, near in found
     )
     centre = cycles[0].k if cycles else _typical(curve, family, speed)
     frequency = np.geomspace(centre / 10, 3.0 * options.harmonics * centre, options.points)
@@ -200,17 +199,12 @@ def _cycles_at(
     return sorted(found, key=lambda entry: entry[0].first_harmonic)
 
 
-def _section(tube: Guarantees, near: int) -> tuple[Real, bool]:
-    """Band of amplitude of the nearest point of the curve, and whether a cycle exists in it."""
-    return tube.amplitude[near], bool(tube.exists_at_speed[near])
-
-
 def _cycle(
     family: LureFamily,
     spring: Spring,
     cycle: Cycle,
     options: LoopTestOptions,
-    section: tuple[Real, bool] | None,
+    slope: float,
 ) -> LoopCycle:
     amplitude, bias, k = cycle.first_harmonic, float(cycle.Y[0].real), cycle.omega
     orders = np.arange(2, options.harmonics + 1)
@@ -219,17 +213,10 @@ def _cycle(
     Z = family.at(cycle.speed).inverse_transfer(1j * k * orders)
     answers, gains = np.abs(F) / amplitude, 1 / np.abs(Z + given.slope(1)[0])
     predicted = answers * gains
-    guarantee = guarantees_at(
-        family,
-        spring,
-        amplitude=amplitude,
-        bias=bias,
-        speed=cycle.speed,
-        omega=k,
-        distortion=np.linalg.norm(predicted),
-    )
-    if section is not None and guarantee.guaranteed[0]:
-        guarantee.amplitude[0], guarantee.exists_at_speed[0] = section
+    names = ("amplitude", "bias", "speed", "omega")
+    point = dict(zip(names, np.array([[amplitude], [bias], [cycle.speed], [k]]), strict=True))
+    guarantee = guarantees_at(family, spring, **point, distortion=np.linalg.norm(predicted))
+    cut(family, spring, guarantee, **point, slope=np.array([slope]))
     return LoopCycle(
         amplitude=amplitude,
         bias=bias,
