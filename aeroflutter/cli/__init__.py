@@ -36,6 +36,7 @@ COMMANDS = {
     "chaos": "Periodic, quasi-periodic or chaotic: Lyapunov exponents, peaks against speed.",
     "map": "Flutter maps: how the motion ends over airspeed and initial pitch.",
     "reproduce": "The figures and tables of the thesis, by their own numbers.",
+    "report": "One page to click through: every analysis of a case, motions included.",
     "sweep": "Monte-Carlo: flutter speed, onset and amplitude over uncertain sections.",
 }
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""

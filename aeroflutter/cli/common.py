@@ -81,8 +81,8 @@ class Output:
         InputError
             If a suffix is unknown or a folder does not exist.
         """
-        problems = _target("--out", self.out, (".nc",))
-        problems += _target("--plot", self.plot, PLOT_SUFFIXES)
+        problems = target_problems("--out", self.out, (".nc",))
+        problems += target_problems("--plot", self.plot, PLOT_SUFFIXES)
         if problems:
             raise InputError(problems)
 
@@ -124,7 +124,8 @@ class Output:
                 print(f"written: {path}")
 
 
-def _target(option: str, path: Path | None, suffixes: Sequence[str]) -> list[str]:
+def target_problems(option: str, path: Path | None, suffixes: Sequence[str]) -> list[str]:
+    """Why a file cannot be written, line by line; nothing if it can, or is None."""
     if path is None:
         return []
     problems = []

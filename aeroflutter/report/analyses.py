@@ -1,0 +1,242 @@
+"""The analyses of a report: each is tried, and one that does not apply leaves a note instead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.cycles import LimitCycles, limit_cycles
+from aeroflutter.describing import DescribingCurve, describing_curve
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.harmonic import HarmonicBranch, harmonic_families
+from aeroflutter.maps import Axis, Executor, FlutterMap, Grid, SpeedPitch, flutter_map
+from aeroflutter.rootlocus import RootLocus, root_locus
+from aeroflutter.timemarch.response import Initial
+from aeroflutter.validity import Guarantees, guarantees
+
+if TYPE_CHECKING:
+    from aeroflutter.case import Case
+
+__all__ = ["MOST_CELLS", "Analyses", "ReportOptions", "analyse"]
+
+Array = NDArray[np.float64]
+Result = TypeVar("Result")
+
+MOST_CELLS = 1200  # whose traces one page holds
+COLUMNS, ROWS = 41, 15  # of the map, where nothing else is asked
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportOptions:
+    """What the map and its traces cover.
+
+    Parameters
+    ----------
+    speed_ratios : array (m,), optional
+        Speeds of the map over U*_L, ascending; by default from below the onset of limit cycles to
+        above flutter.
+    speeds : array (m,), optional
+        Speeds U* instead, for sections without flutter.
+    pitches_deg : array (m,), optional
+        Initial pitches of the map in degrees, ascending; by default up to twice the case's own.
+    periods : float
+        Length of a trace, in periods of the linear flutter mode.
+
+    Raises
+    ------
+    InputError
+        If both kinds of speed are given, the map has too many cells or no trace a length.
+    """
+
+    speed_ratios: Array | None = None
+    speeds: Array | None = None
+    pitches_deg: Array | None = None
+    periods: float = 12.0
+
+    def __post_init__(self) -> None:
+        problems = []
+        if self.speeds is not None and self.speed_ratios is not None:
+            problems.append("speeds: excludes speed_ratios; give one of the two")
+        if not 1.0 <= self.periods <= 100.0:
+            problems.append(f"periods: must lie between 1 and 100, not {self.periods!r}")
+        columns = self.speeds if self.speed_ratios is None else self.speed_ratios
+        cells = _count(columns, COLUMNS) * _count(self.pitches_deg, ROWS)
+        if cells > MOST_CELLS:
+            problems.append(
+                f"map: {cells} cells are more than the {MOST_CELLS} whose traces a page holds; "
+                "take fewer speeds or pitches"
+            )
+        if problems:
+            raise InputError(problems)
+
+
+def _count(values: Array | None, default: int) -> int:
+    return default if values is None else int(np.size(values))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Analyses:
+    """Everything that a report shows of a case.
+
+    Attributes
+    ----------
+    case : Case
+    options : ReportOptions
+    locus : RootLocus
+    curve, guaranteed
+        Describing function, and what is proved of it; None where it has none.
+    branches
+        Harmonic balance, family by family; empty where it found none.
+    cycles
+        Exact cycles; None where the spring is not piecewise linear.
+    map : FlutterMap
+    notes
+        Why something is missing, and what the analyses themselves remark.
+    """
+
+    case: Case
+    options: ReportOptions
+    locus: RootLocus
+    curve: DescribingCurve | None
+    guaranteed: Guarantees | None
+    branches: tuple[HarmonicBranch, ...]
+    cycles: LimitCycles | None
+    map: FlutterMap
+    notes: tuple[str, ...]
+
+    @property
+    def flutter(self) -> float | None:
+        """U*_L, or None."""
+        return None if self.locus.flutter is None else self.locus.flutter.speed
+
+    @property
+    def unit(self) -> float:
+        """Speed by which the page divides: U*_L, or 1 where there is none."""
+        return self.flutter or 1.0
+
+
+def analyse(
+    case: Case,
+    options: ReportOptions | None = None,
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> Analyses:
+    """Run every analysis of a report.
+
+    Parameters
+    ----------
+    case : Case
+    options : ReportOptions, optional
+    executor : Executor, optional
+        Who computes the map.
+    progress : callable, optional
+        Called with the name of each step before it begins.
+
+    Raises
+    ------
+    InputError
+        If the map that is asked for cannot be: speed ratios without a flutter speed, say.
+    """
+    options = options or ReportOptions()
+    family, spring, notes = case.family(), case.spring, list[str]()
+    progress("root locus")
+    locus = root_locus(family)
+    if locus.flutter is None:
+        low, high = locus.searched
+        notes.append(
+            f"There is no linear flutter between U* = {low:.4g} and {high:.4g}: "
+            "speeds on this page are U*, not ratios."
+        )
+    progress("describing function")
+    curve = _tried("Describing function", lambda: describing_curve(family, spring), notes)
+    guaranteed = None
+    if curve is not None and curve.amplitude.size:
+        guaranteed = _tried("Proofs", lambda: guarantees(family, spring, curve), notes)
+    progress("harmonic balance")
+    branches = _tried("Harmonic balance", lambda: harmonic_families(family, spring), notes) or ()
+    progress("exact cycles")
+    cycles = _tried("Exact cycles", lambda: limit_cycles(family, spring), notes)
+    for name, found in (("Describing function", curve), ("Exact cycles", cycles)):
+        notes += [] if found is None else [f"{name}: {note}." for note in found.notes]
+    progress("flutter map")
+    cells = SpeedPitch(
+        family,
+        spring,
+        _grid(case, options, locus, _onset(curve, branches, cycles)),
+        1.0 if locus.flutter is None or options.speeds is not None else locus.flutter.speed,
+        Initial(**{**case.initial._asdict(), "alpha": 0.0}),
+    )
+    return Analyses(
+        case=case,
+        options=options,
+        locus=locus,
+        curve=curve,
+        guaranteed=guaranteed,
+        branches=branches,
+        cycles=cycles,
+        map=flutter_map(cells, executor=executor),
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _tried(name: str, analysis: Callable[[], Result], notes: list[str]) -> Result | None:
+    """The result of an analysis, or None and a note why there is none."""
+    try:
+        return analysis()
+    except (InputError, ConvergenceError) as error:
+        notes.append(f"{name}: {'; '.join(str(error).splitlines())}.")
+        return None
+
+
+def _onset(
+    curve: DescribingCurve | None, branches: tuple[HarmonicBranch, ...], cycles: LimitCycles | None
+) -> float | None:
+    """The lowest speed U* at which any method finds a cycle."""
+    speeds = [branch.onset.cycle.speed for branch in branches]
+    if curve is not None and curve.onset is not None:
+        speeds.append(curve.onset.speed)
+    if cycles is not None and cycles.onset is not None:
+        speeds.append(cycles.onset.cycle.speed)
+    return min(speeds, default=None)
+
+
+def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | None) -> Grid:
+    return Grid(_flow(options, locus, onset), Axis("initial.alpha_deg", _pitches(case, options)))
+
+
+def _flow(options: ReportOptions, locus: RootLocus, onset: float | None) -> Axis:
+    """Speeds of the map: from below the onset to above flutter, if nothing else is asked."""
+    if options.speeds is not None:
+        return Axis("speed", options.speeds)
+    if options.speed_ratios is not None:
+        if locus.flutter is None:
+            raise InputError(
+                "speed_ratios: the section has no linear flutter speed to refer to; give speeds"
+            )
+        return Axis("speed_ratio", options.speed_ratios)
+    if locus.flutter is None:
+        low, high = locus.searched
+        low, high = (low, high) if onset is None else (0.8 * onset, min(2.0 * onset, high))
+        return Axis("speed", np.linspace(low, high, COLUMNS))
+    first = 1.0 if onset is None else onset / locus.flutter.speed
+    high = 1.05 if first < 0.98 else 1.5
+    low = max(0.05, first - 0.3 * (high - first))
+    return Axis(
+        "speed_ratio",
+        np.linspace(np.floor(100.0 * low) / 100.0, np.ceil(100.0 * high) / 100.0, COLUMNS),
+    )
+
+
+def _pitches(case: Case, options: ReportOptions) -> Array:
+    """Initial pitches in degrees: up to twice the case's own; on both sides if they differ."""
+    if options.pitches_deg is not None:
+        return options.pitches_deg
+    top = float(np.degrees(2.0 * abs(case.initial.alpha) or 6.0 * case.spring.scale))
+    if case.spring.odd:
+        return np.linspace(top / ROWS, top, ROWS)
+    return np.linspace(-top, top, ROWS + 1)  # an even number: none of them zero

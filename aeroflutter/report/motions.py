@@ -1,0 +1,154 @@
+"""Motions as a page keeps them: samples of an engine, thinned and coded in few bytes.
+
+A motion is a choice of an engine's own uniform samples; nothing is interpolated. Chosen are a few a
+period, and every sample nearest to a switch of the spring or a turn of pitch, so that straight
+lines between them show the path of a piecewise-linear spring as it is.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.harmonic.moment import waveform
+from aeroflutter.springs import respond
+from aeroflutter.timemarch.response import Initial, Response, SimulateOptions, simulate
+
+if TYPE_CHECKING:
+    from aeroflutter.lure import LureSystem
+    from aeroflutter.springs import Spring
+
+__all__ = ["Motions", "harmonic_motion", "marched"]
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+DENSE = 300  # samples a period from which is chosen
+EVERY = 20  # of which one is kept, besides switches and turns
+LEVELS = 32767  # of the 16 bits of a sample
+FAR = 30.0  # times its start at which the trace of a divergent motion ends
+
+
+def marched(
+    system: LureSystem, spring: Spring, start: Initial, period: float, duration: float
+) -> Response:
+    """A march over a duration with `DENSE` samples a period, whatever comes of it."""
+    options = SimulateOptions(duration=duration, dt=period / DENSE, decide=False)
+    return simulate(system, spring, start, options)
+
+
+def harmonic_motion(
+    system: LureSystem, spring: Spring, Y: Complex, omega: float
+) -> tuple[Array, Array, Array, Array]:
+    """Time, pitch, heave and moment over one period of a motion given by its harmonics.
+
+    Parameters
+    ----------
+    system, spring
+        The loop.
+    Y
+        Harmonics 0 … H of y = Re Σ Y_k e^(jkωτ), radians; 0 and 1 for a describing function.
+    omega
+        Reduced frequency.
+
+    Returns
+    -------
+    arrays (m,)
+        Heave is the system's answer to harmonics 0 … H of the spring's moment; where the system
+        has a pole there, the one that goes with Y_k. NaN for a system without heave.
+    """
+    samples = max(DENSE, 4 * Y.size)
+    samples += samples % 2
+    pitch = waveform(Y, samples)
+    twice, _ = respond(spring, np.tile(pitch, 2))  # the second period has forgotten the start
+    moment = twice[samples:]
+    F = np.fft.rfft(moment)[: Y.size] * (2.0 / samples)
+    F[0] *= 0.5
+    heave = np.full(samples, np.nan)
+    if "xi" in system.state_names:
+        heave = waveform(_states(system, Y, F, omega)[:, system.state_names.index("xi")], samples)
+    time = np.arange(samples + 1) * (2.0 * np.pi / omega / samples)
+    return time, *(np.append(values, values[0]) for values in (pitch, heave, moment))
+
+
+def _states(system: LureSystem, Y: Complex, F: Complex, omega: float) -> Complex:
+    """Harmonics of all states, (H+1, n), from (sI - A) x = -b F together with c x = Y."""
+    found = np.empty((Y.size, system.order), dtype=complex)
+    for k in range(Y.size):
+        rows = np.vstack((1j * k * omega * np.eye(system.order) - system.A, system.c))
+        right = np.append(-system.b * F[k], Y[k])
+        found[k] = np.linalg.lstsq(rows, right, rcond=None)[0]
+    return found
+
+
+@dataclass(eq=False)
+class Motions:
+    """The motions of a page, numbered in the order in which they are added."""
+
+    headers: list[list[float]] = field(default_factory=list)
+    parts: list[bytes] = field(default_factory=list)
+
+    def add_response(self, response: Response, *, divergent: bool = False) -> int:
+        """Add a march; a divergent one ends when it is `FAR` from where it began."""
+        end = _departure(response.pitch) if divergent else response.time.size
+        step = response.time[1] - response.time[0]
+        chosen = _chosen(response.pitch[:end], response.events[:, 0] / step)
+        return self.add(response.time, response.pitch, response.heave, response.moment, chosen)
+
+    def add(
+        self, time: Array, pitch: Array, heave: Array, moment: Array, chosen: NDArray[np.intp]
+    ) -> int:
+        """Add the chosen samples of a motion; its number is returned.
+
+        Parameters
+        ----------
+        time, pitch, heave, moment
+            Uniform samples: τ, radians, semi-chords, radians.
+        chosen
+            Places of the samples to keep, ascending, below 65 536.
+        """
+        header: list[float] = [chosen.size, float(time[1] - time[0])]
+        part = [chosen.astype("<u2").tobytes()]
+        for values in (np.degrees(pitch), heave, np.degrees(moment)):
+            kept = np.nan_to_num(values[chosen])
+            unit = float(np.max(np.abs(kept))) / LEVELS or 1.0
+            header.append(unit)
+            part.append(np.rint(kept / unit).astype("<i2").tobytes())
+        self.headers.append(header)
+        self.parts.append(b"".join(part))
+        return len(self.headers) - 1
+
+    def add_periodic(self, time: Array, pitch: Array, heave: Array, moment: Array) -> int:
+        """Add one period of a motion whose switches are not known: keep more of it."""
+        chosen = np.unique(np.append(np.arange(0, time.size, 4), time.size - 1))
+        return self.add(time, pitch, heave, moment, chosen)
+
+    def coded(self) -> dict[str, Any]:
+        """Headers (count, spacing in τ, units of pitch, heave and moment), and the samples.
+
+        The samples are, motion by motion, `count` places (16 bits, unsigned) and three times
+        `count` values (16 bits, signed, to be multiplied by their unit), little-endian, all of it
+        gzipped and in base64.
+        """
+        packed = gzip.compress(b"".join(self.parts), 9, mtime=0)
+        headers = [[count, *(float(f"{x:.9g}") for x in rest)] for count, *rest in self.headers]
+        return {"headers": headers, "samples": base64.b64encode(packed).decode("ascii")}
+
+
+def _departure(pitch: Array) -> int:
+    """Number of samples before a motion is far from its first period."""
+    far = np.flatnonzero(~(np.abs(pitch) < FAR * np.abs(pitch[:DENSE]).max()))
+    return max(2, int(far[0])) if far.size else pitch.size
+
+
+def _chosen(pitch: Array, switches: Array) -> NDArray[np.intp]:
+    """Places kept of uniform samples: one in `EVERY`, the ends, turns of pitch and switches."""
+    turns = np.flatnonzero(np.diff(pitch)[1:] * np.diff(pitch)[:-1] <= 0.0) + 1
+    near = np.rint(switches[switches < pitch.size - 1]).astype(np.intp)
+    regular = np.arange(0, pitch.size, EVERY, dtype=np.intp)
+    return np.unique(np.concatenate((regular, turns, near, [pitch.size - 1])))

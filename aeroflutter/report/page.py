@@ -1,0 +1,168 @@
+"""The page itself: a template, its style and script, and the data of a report put into it."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from aeroflutter import __version__
+from aeroflutter.errors import InputError
+from aeroflutter.plots import style as look
+from aeroflutter.plots.maps import COLOURS
+from aeroflutter.report.sketch import sketch
+
+if TYPE_CHECKING:
+    from aeroflutter.case import Case
+
+__all__ = ["plotly_source", "render"]
+
+METHODS = {"df": "describing function", "hb": "harmonic balance", "exact": "exact"}
+LETTERS = {
+    "damped": "d",
+    "lco": "L",
+    "aperiodic": "a",
+    "divergent": "D",
+    "undecided": "?",
+    "failed": "!",
+}
+
+
+def plotly_source() -> str:
+    """The text of plotly.js, from the package that brings it.
+
+    Raises
+    ------
+    InputError
+        If plotly is not installed.
+    """
+    try:
+        from plotly.offline import get_plotlyjs
+    except ImportError:
+        raise InputError(
+            'plotly: is not installed, and a report needs it; pip install "aeroflutter[report]"'
+        ) from None
+    return str(get_plotlyjs())
+
+
+def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
+    """The whole page as text.
+
+    Parameters
+    ----------
+    case : Case
+    content : mapping
+        From `gather`.
+    plotly : str
+        From `plotly_source`; it is put in compressed, for it is by far the largest part.
+    """
+    parts = {name: files(__package__).joinpath(f"page.{name}") for name in ("html", "css", "js")}
+    text = {name: part.read_text(encoding="utf-8") for name, part in parts.items()}
+    packed = gzip.compress(plotly.encode(), 9, mtime=0)
+    drawn = {key: content[key] for key in content if key not in _WRITTEN}
+    return Template(text["html"]).substitute(
+        title=escape(content["title"]),
+        version=escape(__version__),
+        style=_colours() + text["css"],
+        script=text["js"],
+        plotly=base64.b64encode(packed).decode("ascii"),
+        data=_json(drawn),
+        sketch=sketch(case.section, case.spring.kind),
+        facts=_facts(content["facts"]),
+        notes=_notes(content["notes"]),
+        parameters=_facts((name, f"{value:g}") for name, value in content["section"].items()),
+        case=escape(content["case"]),
+        curves=_curves(content),
+        cells=_cells(content),
+        counts=_counts(content["map"]["counts"]),
+    )
+
+
+_WRITTEN = ("facts", "notes", "section", "case")  # in the page's text, not in its data
+
+
+def _json(value: Any) -> str:
+    """JSON that no browser takes for the end of a script."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
+
+
+def _colours() -> str:
+    """The palette of every other figure, as properties of the page."""
+    named = {"exact": look.BLUE, "hb": look.GREEN, "df": look.ORANGE, "other": look.PURPLE}
+    return "".join(
+        [":root{"]
+        + [f"--{name}:{colour};" for name, colour in named.items()]
+        + [f"--cell-{name}:{colour};" for name, colour in COLOURS.items()]
+        + ["}\n"]
+    )
+
+
+def _facts(pairs: Iterable[Sequence[str]]) -> str:
+    return "".join(f"<dt>{escape(label)}</dt><dd>{escape(value)}</dd>" for label, value in pairs)
+
+
+def _notes(notes: Sequence[str]) -> str:
+    return "".join(f"<li>{escape(note)}</li>" for note in notes)
+
+
+def _counts(counts: Mapping[str, int]) -> str:
+    """Legend of the map: how many cells end how."""
+    return "".join(
+        f'<li><span class="chip {name}"></span>{_state(name)}: {count}</li>'
+        for name, count in counts.items()
+        if count
+    )
+
+
+def _state(name: str) -> str:
+    return "limit cycle" if name == "lco" else name
+
+
+def _curves(content: Mapping[str, Any]) -> str:
+    """Rows of the table of cycles, bifurcations last."""
+    rows = []
+    for curve in content["curves"]:
+        columns = (curve[name] for name in ("x", "amplitude", "bias", "period", "stable"))
+        for n, (x, amplitude, bias, period, stable) in enumerate(zip(*columns, strict=True)):
+            word = "stable" if stable else "unstable"
+            band = _band(curve, n)
+            rows.append((_name(curve), x, amplitude, bias, period, word + band))
+    for event in content["events"]:
+        name = METHODS[event["method"]]
+        numbers = (event[key] for key in ("x", "amplitude", "bias", "period"))
+        rows.append((name, *numbers, event["kind"]))
+    return "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+
+
+def _band(curve: Mapping[str, Any], n: int) -> str:
+    if not curve.get("band") or curve["band"][n][0] is None:
+        return ""
+    low, high = curve["band"][n]
+    return f", proved within {low:.6g} to {high:.6g}"
+
+
+def _name(curve: Mapping[str, Any]) -> str:
+    return f"{METHODS[curve['method']]}, family {curve['family']}"
+
+
+def _cell(value: Any) -> str:
+    shown = escape(value) if isinstance(value, str) else "-" if value is None else f"{value:.6g}"
+    return f"<td>{shown}</td>"
+
+
+def _cells(content: Mapping[str, Any]) -> str:
+    """The map as a table: a row a pitch, the highest first; a letter a cell."""
+    grid = content["map"]
+    letters = [LETTERS[name] for name in grid["states"]]
+    speeds = "".join(f'<th scope="col">{value:.4g}</th>' for value in grid["x"]["values"])
+    rows = [f'<tr><th scope="col">pitch (deg)</th>{speeds}</tr>']
+    for j in reversed(range(len(grid["y"]["values"]))):
+        states = [column[j] for column in grid["state"]]
+        cells = "".join(f"<td>{letters[s] if s >= 0 else '!'}</td>" for s in states)
+        rows.append(f'<tr><th scope="row">{grid["y"]["values"][j]:.4g}</th>{cells}</tr>')
+    return "".join(rows)
