@@ -15,6 +15,7 @@ from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.harmonic import HarmonicBranch, harmonic_families
 from aeroflutter.maps import Axis, Executor, FlutterMap, Grid, SpeedPitch, flutter_map
 from aeroflutter.rootlocus import RootLocus, root_locus
+from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
 from aeroflutter.timemarch.response import Initial
 from aeroflutter.validity import Guarantees, guarantees
 
@@ -27,7 +28,7 @@ Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
 MOST_CELLS = 1200  # whose traces one page holds
-COLUMNS, ROWS = 41, 15  # of the map, where nothing else is asked
+EXACT, SMOOTH = (41, 15), (9, 5)  # columns and rows of the map where nothing else is asked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +65,7 @@ class ReportOptions:
         if not 1.0 <= self.periods <= 100.0:
             problems.append(f"periods: must lie between 1 and 100, not {self.periods!r}")
         columns = self.speeds if self.speed_ratios is None else self.speed_ratios
-        cells = _count(columns, COLUMNS) * _count(self.pitches_deg, ROWS)
+        cells = _count(columns, EXACT[0]) * _count(self.pitches_deg, EXACT[1])
         if cells > MOST_CELLS:
             problems.append(
                 f"map: {cells} cells are more than the {MOST_CELLS} whose traces a page holds; "
@@ -206,10 +207,13 @@ def _onset(
 
 
 def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | None) -> Grid:
-    return Grid(_flow(options, locus, onset), Axis("initial.alpha_deg", _pitches(case, options)))
+    straight = isinstance(simplify(case.spring), PiecewiseLinear | Hysteresis)
+    columns, rows = EXACT if straight else SMOOTH  # without pieces every cell takes its time
+    pitches = _pitches(case, options, rows)
+    return Grid(_flow(options, locus, onset, columns), Axis("initial.alpha_deg", pitches))
 
 
-def _flow(options: ReportOptions, locus: RootLocus, onset: float | None) -> Axis:
+def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns: int) -> Axis:
     """Speeds of the map: from below the onset to above flutter, if nothing else is asked."""
     if options.speeds is not None:
         return Axis("speed", options.speeds)
@@ -222,21 +226,27 @@ def _flow(options: ReportOptions, locus: RootLocus, onset: float | None) -> Axis
     if locus.flutter is None:
         low, high = locus.searched
         low, high = (low, high) if onset is None else (0.8 * onset, min(2.0 * onset, high))
-        return Axis("speed", np.linspace(low, high, COLUMNS))
+        return Axis("speed", _round_values(low, high, columns))
     first = 1.0 if onset is None else onset / locus.flutter.speed
-    high = 1.05 if first < 0.98 else 1.5
+    high = 1.0 + 0.25 * (1.0 - first) if first < 0.98 else 1.5
     low = max(0.05, first - 0.3 * (high - first))
-    return Axis(
-        "speed_ratio",
-        np.linspace(np.floor(100.0 * low) / 100.0, np.ceil(100.0 * high) / 100.0, COLUMNS),
-    )
+    return Axis("speed_ratio", _round_values(low, high, columns))
 
 
-def _pitches(case: Case, options: ReportOptions) -> Array:
+def _round_values(low: float, high: float, most: int) -> Array:
+    """At most so many round values, equally spaced, that cover a range."""
+    for step in (n * 10.0**power for power in range(-4, 3) for n in (1.0, 2.0, 2.5, 5.0)):
+        first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
+        if last - first < most:
+            break
+    return np.round(step * np.arange(max(first, 1.0), last + 1.0), 6)
+
+
+def _pitches(case: Case, options: ReportOptions, rows: int) -> Array:
     """Initial pitches in degrees: up to twice the case's own; on both sides if they differ."""
     if options.pitches_deg is not None:
         return options.pitches_deg
     top = float(np.degrees(2.0 * abs(case.initial.alpha) or 6.0 * case.spring.scale))
     if case.spring.odd:
-        return np.linspace(top / ROWS, top, ROWS)
-    return np.linspace(-top, top, ROWS + 1)  # an even number: none of them zero
+        return np.linspace(top / rows, top, rows)
+    return np.linspace(-top, top, rows + 1)  # an even number: none of them zero

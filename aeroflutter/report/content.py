@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 
 POINTS = 60  # of a curve that are shown, each with its motion
 MOST_CURVES = 8  # a method
+ARRIVED = 1e-6  # of its first distance at which a motion counts as on its cycle
 FIGURES = 7  # significant, of the numbers on the page
 
 
@@ -45,7 +46,7 @@ def gather(found: Analyses) -> dict[str, Any]:
         "title": found.case.title,
         "case": found.case.text,
         "facts": _facts(found),
-        "notes": found.notes,
+        "notes": [*found.notes, *([] if curves else ["No method found a limit cycle."])],
         "section": _section(found),
         "axis": _axis(found),
         "locus": _locus(found),
@@ -180,9 +181,7 @@ def _described(found: Analyses, motions: Motions) -> Curves:
         for i in shown:
             Y = np.array([curve.bias[i], -1j * curve.amplitude[i]])
             system = family.at(float(curve.speed[i]))
-            motions.add_periodic(
-                *harmonic_motion(system, found.case.spring, Y, float(curve.k[i]))
-            )
+            motions.add_periodic(*harmonic_motion(system, found.case.spring, Y, float(curve.k[i])))
         drawn = {
             "method": "df",
             "family": one.number,
@@ -224,9 +223,7 @@ def _balanced(found: Analyses, motions: Motions) -> Curves:
         cycles = [branch.cycles[i] for i in shown]
         for cycle in [*cycles, *(event.cycle for event in branch.bifurcations)]:
             system = family.at(cycle.speed)
-            motions.add_periodic(
-                *harmonic_motion(system, found.case.spring, cycle.Y, cycle.omega)
-            )
+            motions.add_periodic(*harmonic_motion(system, found.case.spring, cycle.Y, cycle.omega))
         curve = {
             "method": "hb",
             "family": branch.family,
@@ -314,7 +311,11 @@ def _view(found: Analyses) -> dict[str, Any]:
         return {"x": None, "y": None}
     x, y = (np.concatenate(part) for part in zip(*points, strict=True))
     low = float(x.min())
-    high = float(x.max()) if found.flutter is None else (1.05 if low < 0.98 else 1.5)
+    high = (
+        float(x.max())
+        if found.flutter is None
+        else (1.0 + 0.25 * (1.0 - low) if low < 0.98 else 1.5)
+    )
     pad = 0.12 * (high - low)
     inside = (x >= low) & (x <= high)
     size = float(y[inside][np.argmin(x[inside])])
@@ -351,9 +352,7 @@ def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
         for j, y in enumerate(grid.y.values):
             start = Initial(**{**case.initial._asdict(), "alpha": math.radians(y)})
             response = marched(system, case.spring, start, period, found.options.periods * period)
-            motions.add_response(
-                response, divergent=cells.state[i, j] == STATES.index("divergent")
-            )
+            motions.add_response(response, divergent=cells.state[i, j] == STATES.index("divergent"))
     ends = np.full(cells.state.shape, -1)
     for i, j in zip(*np.nonzero(cells.state == STATES.index("lco")), strict=True):
         key = int(i), int(cells.attractor[i, j])
@@ -382,7 +381,12 @@ def _settled(found: Analyses, motions: Motions, i: int, j: int, reference: float
     system = case.family().at(float(grid.x.values[i]) * reference)
     start = Initial(**{**case.initial._asdict(), "alpha": math.radians(grid.y.values[j])})
     end = simulate(system, case.spring, start, SimulateOptions(record=False))
-    on_cycle = Initial(state=end.final_state, memory=end.final_memory)
-    return motions.add_response(
-        marched(system, case.spring, on_cycle, end.period, end.period)
+    near = Initial(state=end.final_state, memory=end.final_memory)
+    # The end is certain long before it is reached: march on until it is.
+    rate = float(np.clip(abs(end.extras.get("multiplier", 0.0)), 1e-3, 1.0 - 1e-3))
+    more = end.period * np.ceil(np.log(ARRIVED) / np.log(rate))
+    there = simulate(
+        system, case.spring, near, SimulateOptions(record=False, decide=False, duration=more)
     )
+    on_cycle = Initial(state=there.final_state, memory=there.final_memory)
+    return motions.add_response(marched(system, case.spring, on_cycle, end.period, end.period))

@@ -72,8 +72,9 @@ def harmonic_motion(
     heave = np.full(samples, np.nan)
     if "xi" in system.state_names:
         heave = waveform(_states(system, Y, F, omega)[:, system.state_names.index("xi")], samples)
-    time = np.arange(samples + 1) * (2.0 * np.pi / omega / samples)
-    return time, *(np.append(values, values[0]) for values in (pitch, heave, moment))
+    time = np.linspace(0.0, 2.0 * np.pi / omega, samples + 1)
+    closed = np.array([pitch, heave, moment])[:, np.arange(samples + 1) % samples]
+    return time, closed[0], closed[1], closed[2]
 
 
 def _states(system: LureSystem, Y: Complex, F: Complex, omega: float) -> Complex:

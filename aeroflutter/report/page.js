@@ -6,8 +6,8 @@ const SYMBOLS = {
   fold: "circle", corner: "triangle-down", "symmetry-breaking": "square",
   "period-doubling": "diamond", "neimark-sacker": "star", grazing: "x-thin-open",
 };
-const CONFIG = { responsive: true, displaylogo: false,
-  modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+const CONFIG = { responsive: true, displayModeBar: false };
+const COARSE = window.matchMedia("(pointer: coarse)").matches; // a finger scrolls, it does not zoom
 const PRINTED = 680; // pixels across a printed page
 
 const byId = (id) => document.getElementById(id);
@@ -75,7 +75,8 @@ function draw(id, traces, x, y, more = {}) {
   const layout = {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: { color: colour("ink"), size: 12, family: getComputedStyle(document.body).fontFamily },
-    margin: { l: 52, r: 12, t: 30, b: 44 }, hovermode: "closest", showlegend: false,
+    margin: { l: 52, r: 12, t: 30, b: 44 }, hovermode: "closest",
+    dragmode: COARSE ? false : "zoom", showlegend: false,
     hoverlabel: { bgcolor: colour("panel"), bordercolor: colour("rule"),
       font: { color: colour("ink") }, align: "left" },
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size: 12 } },
@@ -226,13 +227,15 @@ function drawMap() {
   const common = { x: across, y: y.values, type: "heatmap", xgap: 1, ygap: 1, text: words,
     hovertemplate: "%{text}<extra></extra>", hoverongaps: false };
   const cycles = turned(amplitude, (value, i, j) =>
-    stateOf(state[i][j]) === "lco" ? value : null);
+    stateOf(state[i][j]) === "lco" ? Math.log10(value) : null);
   const some = cycles.flat().some((value) => value !== null);
-  const at = chosen && chosen.kind === "cell" ? [frame(across, y.values, chosen)] : [];
+  const at = chosen && chosen.kind === "cell" ? frames(across, y.values, chosen) : [];
+  const ticks = [-2, -1, 0, 1, 2].flatMap((power) => [1, 2, 5].map((n) => n * 10 ** power));
   draw("plot-map", [
     { ...common, z: codes, zmin: -0.5, zmax: 4.5, colorscale: steps, showscale: false },
-    { ...common, z: cycles, colorscale: "Viridis", zmin: 0, showscale: some,
-      colorbar: { title: { text: "amplitude (deg)", side: "right", font: { size: 12 } },
+    { ...common, z: cycles, colorscale: "Viridis", showscale: some,
+      colorbar: { tickvals: ticks.map(Math.log10), ticktext: ticks.map(String),
+        title: { text: "amplitude (deg)", side: "right", font: { size: 12 } },
         thickness: 12, outlinewidth: 0, tickfont: { size: 11 } } },
   ], axis(html(data.axis.label), { showgrid: false, zeroline: false }),
   axis(y.label, { showgrid: false, zeroline: false }),
@@ -245,9 +248,11 @@ function edges(values, i) {
   return [values[i] - half, values[i] + half];
 }
 
-function frame(across, up, { i, j }) {
+/** A frame around a cell that is seen on any colour. */
+function frames(across, up, { i, j }) {
   const [[x0, x1], [y0, y1]] = [edges(across, i), edges(up, j)];
-  return { type: "rect", x0, x1, y0, y1, line: { color: colour("ink"), width: 3 } };
+  return [["paper", 6], ["ink", 2.5]].map(([name, width]) =>
+    ({ type: "rect", x0, x1, y0, y1, line: { color: colour(name), width } }));
 }
 
 function cellWords(i, j) {
@@ -317,8 +322,16 @@ function drawMotion() {
   const paths = cycle
     ? [path(whole, 1, 0.45, "from the start"), path(cycle, 2.6, 1, "limit cycle")]
     : [path(whole, chosen.kind === "cell" ? 1.2 : 2.2, 1, "path")];
-  draw("plot-path", paths, axis("pitch (deg)"), axis("restoring moment (deg)"),
+  const seen = (key) => (cycle ? { range: around(cycle[key]) } : {});
+  draw("plot-path", paths, axis("pitch (deg)", seen("pitch")),
+    axis("restoring moment (deg)", seen("moment")),
     { showlegend: Boolean(cycle), margin: { l: 52, r: 12, t: 10, b: 44 } });
+}
+
+/** Limits in which a cycle fills half the frame. */
+function around(values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  return [1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low];
 }
 
 /** Dotted lines between which the settled cycle swings. */
@@ -395,8 +408,9 @@ function listen() {
 function printing(on) {
   drawAll();
   for (const plot of document.querySelectorAll(".js-plotly-plot")) {
-    const width = plot.closest(".three") ? PRINTED / 2 - 10 : PRINTED;
-    Plotly.relayout(plot, on ? { width, height: plot.clientHeight, autosize: false }
+    const small = plot.classList.contains("small");
+    const [width, height] = small ? [PRINTED / 3 - 10, 240] : [PRINTED, plot.clientHeight];
+    Plotly.relayout(plot, on ? { width, height, autosize: false }
       : { width: null, height: null, autosize: true });
   }
 }
@@ -433,7 +447,7 @@ async function main() {
   chooseCell(...first());
   listen();
   if (!data.curves.length) byId("plot-curves").hidden = true;
-  document.documentElement.dataset.ready = "yes";
+  document.documentElement.dataset.ready = "yes"; // for whoever waits for the figures
 }
 
 main();

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -103,7 +104,8 @@ def _colours() -> str:
 
 
 def _facts(pairs: Iterable[Sequence[str]]) -> str:
-    return "".join(f"<dt>{escape(label)}</dt><dd>{escape(value)}</dd>" for label, value in pairs)
+    rows = "".join(f"<dt>{escape(label)}</dt><dd>{escape(value)}</dd>" for label, value in pairs)
+    return re.sub(r"U\*_(\w)", r"U*<sub>\1</sub>", rows)
 
 
 def _notes(notes: Sequence[str]) -> str:

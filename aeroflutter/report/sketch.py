@@ -33,7 +33,7 @@ def sketch(section: TypicalSection, spring: str) -> str:
         f"{section.x_alpha:g} behind the elastic axis."
     )
     parts = [
-        f'<svg viewBox="0 0 420 250" role="img" aria-labelledby="sketch-words" class="sketch">'
+        f'<svg viewBox="0 8 390 202" role="img" aria-labelledby="sketch-words" class="sketch">'
         f'<title id="sketch-words">{escape(words)}</title>',
         f'<path class="airfoil" d="{_airfoil()}"/>',
         _line(-1.0, 0.0, 1.0, 0.0, "chord"),
@@ -65,7 +65,7 @@ def _airfoil() -> str:
     """Outline of a NACA 0012, closed at the trailing edge."""
     s = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 40)))
     powers = (np.sqrt(s), s, s**2, s**3, s**4)
-    half = 0.6 * sum(a * p for a, p in zip(_THICKNESS, powers, strict=True)) * 2.0 * _CHORD
+    half = 1.2 * _CHORD * np.asarray(_THICKNESS) @ np.array(powers)
     x = _LEFT + 2.0 * _CHORD * s
     upper = [f"{a:.1f} {_MIDDLE - b:.1f}" for a, b in zip(x[::-1], half[::-1], strict=True)]
     lower = [f"{a:.1f} {_MIDDLE + b:.1f}" for a, b in zip(x, half, strict=True)]
@@ -119,6 +119,8 @@ def _dimensions(section: TypicalSection) -> list[str]:
 
 def _dimension(text: str, start: float, end: float, y: float, name: str) -> str:
     low, high = sorted((_x(start), _x(end)))
-    anchor = f'<text class="dimension-{name}" x="{high + 6:.1f}" y="{y + 4:.1f}">{escape(text)}</text>'
+    anchor = (
+        f'<text class="dimension-{name}" x="{high + 6:.1f}" y="{y + 4:.1f}">{escape(text)}</text>'
+    )
     ends = f"M{low:.1f} {y - 4}v8M{high:.1f} {y - 4}v8M{low:.1f} {y}H{high:.1f}"
     return f'<path class="dimension" d="{ends}"/>{anchor}'
