@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marching import event_march
 
 from aeroflutter import Cubic, Freeplay, Hysteresis, Linear, SectionFamily, TypicalSection
 from aeroflutter.errors import InputError
@@ -119,6 +120,21 @@ def test_a_switch_to_round_off_is_passed_once(family, spring, ratio, pitch) -> N
     """At these the bound of one piece's round-off was below the error of the piece before."""
     found = flutter_map(cells((ratio, ratio, 1), (pitch, pitch, 1), spring, family=family))
     assert found.count("undecided") == 0
+
+
+def test_a_path_is_not_joined_before_the_unstable_cycle_that_it_passes() -> None:
+    """Beside it the cell at 15 degrees goes the other way, as SciPy's DOP853 confirms."""
+    run101 = Hysteresis(np.radians(0.2), np.radians(1.0))
+    ratio = 0.4334782608695652
+    found = flutter_map(cells((ratio, ratio, 1), (-14.0, 15.0, 40), run101, family=SOFT))
+    system = SOFT.at(ratio * flutter_speed(SOFT))
+    start = Initial(alpha=np.radians(15.0)).start(system, run101)
+    x, h = event_march(system, run101, *start, 600.0)
+    later, _ = event_march(system, run101, x, h, 20.0)
+    # at rest within the loop: the pitch that the friction left it with
+    assert float(system.c @ later) == pytest.approx(float(system.c @ x), abs=1e-4)
+    assert STATES[found.state[0, -1]] == "damped"
+    assert found.rest_deg[0, -1] == pytest.approx(np.degrees(system.c @ later), abs=1e-2)
 
 
 def test_houbolt_sides_with_the_exact_engine_away_from_boundaries() -> None:

@@ -6,9 +6,9 @@ upwards. It is over when
 - a bound of all the motion to come stays within the present piece (damped), or
 - it has joined the path of an earlier cell that ended on an attracting cycle: three returns in a
   row lie on three segments in a row of that path, and come closer to it or stay within the
-  error of a straight segment. Where the segments of a path follow each other smoothly, the path is
-  the slow curve of the return map, all other directions contract onto it, and along it there is
-  but one way to go.
+  error of a straight segment. Where the segments of a path follow each other smoothly and only
+  get shorter, the path is the slow curve of the return map on its way into the cycle, all other
+  directions contract onto it, and along it there is but one way to go.
 
 Everything else (the first cells of a column, motions that never reach the section, chaotic ones,
 unstable outer pieces) goes to `timemarch._kernel_exact_ends.settle` from where it stands.

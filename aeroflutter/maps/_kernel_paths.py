@@ -15,6 +15,8 @@ MOST_RETURNS = 1024
 LAGS = 4  # periods, in returns, that count as settling
 CLOSE = 1e-2  # what a motion may still change by, relative, when `settle` takes over
 PARALLEL = 0.1  # relative bend between segments of a slow curve
+LEAST = 0.05  # length of a segment over that of the one before it
+GROWTH = 1.25  # the same for any two segments of a path that goes to its cycle and nowhere else
 
 
 class Paths(NamedTuple):
@@ -25,7 +27,7 @@ class Paths(NamedTuple):
     points, rates
         State and y' at each return, (q, k, n) and (q, k).
     smooth
-        1 where a segment and the two after it follow each other smoothly, (q, k).
+        1 for the segments at which a path may be joined, see `survey`, (q, k).
     sizes
         Size of each state over that of y', (q, n).
     length, cycle
@@ -107,36 +109,49 @@ def beside(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def aligned(paths: Paths, q: int, k: int) -> bool:
+    """Whether segment k of path q and the two after it follow each other smoothly."""
+    points, rates, sizes = paths.points, paths.rates, paths.sizes
+    for j in range(k, k + 2):
+        first, second = rates[q, j + 1] - rates[q, j], rates[q, j + 2] - rates[q, j + 1]
+        ratio = second / first if first != 0.0 else np.inf
+        if not ratio > LEAST:
+            return False
+        bend, long = 0.0, 0.0
+        for i in range(points.shape[2]):
+            one = points[q, j + 1, i] - points[q, j, i]
+            two = points[q, j + 2, i] - points[q, j + 1, i]
+            bend = max(bend, abs(two - ratio * one) / sizes[q, i])
+            long = max(long, max(abs(two), abs(ratio * one)) / sizes[q, i])
+        if bend > PARALLEL * long:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def survey(paths: Paths, q: int) -> None:
-    """Sizes of the states on path q, and where its segments follow each other smoothly."""
+    """Sizes of the states on path q, and the segments at which it may be joined.
+
+    They follow each other smoothly, and from there to the cycle none is longer than those
+    before it: where they grow again, the path has passed by an unstable cycle, and those that
+    come along beside it may leave on its other side.
+    """
     points, rates, smooth, sizes = paths.points, paths.rates, paths.smooth, paths.sizes
-    n = points.shape[2]
     length = paths.length[q]
-    for i in range(n):
+    for i in range(points.shape[2]):
         size = 0.0
         for k in range(length):
             size = max(size, abs(points[q, k, i]) / (abs(rates[q, k]) + 1e-300))
         sizes[q, i] = max(size, 1e-300)
-    for k in range(length):
+    shrinks, longest = True, 0.0
+    for k in range(length - 1, -1, -1):
         smooth[q, k] = 0
-    for k in range(length - 3):
-        fine = True
-        for j in range(k, k + 2):
-            first, second = rates[q, j + 1] - rates[q, j], rates[q, j + 2] - rates[q, j + 1]
-            ratio = second / first if first != 0.0 else np.inf
-            if not 0.05 < ratio < 4.0:
-                fine = False
-                break
-            bend, long = 0.0, 0.0
-            for i in range(n):
-                one = points[q, j + 1, i] - points[q, j, i]
-                two = points[q, j + 2, i] - points[q, j + 1, i]
-                bend = max(bend, abs(two - ratio * one) / sizes[q, i])
-                long = max(long, max(abs(two), abs(ratio * one)) / sizes[q, i])
-            if bend > PARALLEL * long:
-                fine = False
-                break
-        smooth[q, k] = 1 if fine else 0
+        if k < length - 1:
+            step = abs(rates[q, k + 1] - rates[q, k])
+            shrinks = shrinks and longest <= GROWTH * step
+            longest = max(longest, step)
+        if shrinks and k < length - 3 and aligned(paths, q, k):
+            smooth[q, k] = 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

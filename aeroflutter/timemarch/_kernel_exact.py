@@ -89,7 +89,7 @@ def workspace(n: int) -> Work:
 @njit(cache=True, nogil=True, error_model="numpy")
 def variable(value: int) -> int:
     """A literal as a variable: calls with literals are compiled apart, for minutes."""
-    return value
+    return int(np.int64(value))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
