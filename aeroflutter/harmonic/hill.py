@@ -38,7 +38,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _MARGIN = 1.3  # radius of the circle of samples over the spectral radius of the mean system
-_COUNTS = (8, 16, 32, 64, 128)  # truncations tried, one after the other
+_COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128)  # truncations tried, one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,7 @@ def multipliers(
     symmetric : bool
         Whether the cycle is half-wave symmetric.
     tolerance : float
-        The truncation is doubled until the multipliers move by less; at 128 harmonics of the
+        The truncation is raised until the multipliers move by less; at 128 harmonics of the
         period (of the half period where the cycle is symmetric) they are left as they are.
     """
     sign = -1.0 if symmetric else 1.0
