@@ -216,7 +216,8 @@ def check_bounds(family: SectionFamily, law: Law, cycle: Cycle) -> None:
 def test_bands_of_amplitude_hold_the_exact_cycle_at_that_speed(spring: Spring) -> None:
     family, df = SECTION[0.8], curve(0.8, spring, 60)
     found = verdict(0.8, spring, 60)
-    rows = np.flatnonzero(found.exists_at_speed)
+    # far out the loop is all but linear and shooting at a given speed all but singular
+    rows = np.flatnonzero(found.exists_at_speed & (df.amplitude < 20.0))
     assert rows.size > 20
     for i in rows[:: max(1, rows.size // 8)]:
         guess = sinusoid(df.amplitude[i], 0.0, df.k[i], df.speed[i])
