@@ -197,13 +197,12 @@ def _tried(name: str, analysis: Callable[[], Result], notes: list[str]) -> Resul
 def _onset(
     curve: DescribingCurve | None, branches: tuple[HarmonicBranch, ...], cycles: LimitCycles | None
 ) -> float | None:
-    """The lowest speed U* at which any method finds a cycle."""
-    speeds = [branch.onset.cycle.speed for branch in branches]
-    if curve is not None and curve.onset is not None:
-        speeds.append(curve.onset.speed)
+    """The lowest speed U* of a cycle, by the best method that found one."""
     if cycles is not None and cycles.onset is not None:
-        speeds.append(cycles.onset.cycle.speed)
-    return min(speeds, default=None)
+        return cycles.onset.cycle.speed
+    if branches:
+        return min(branch.onset.cycle.speed for branch in branches)
+    return None if curve is None or curve.onset is None else curve.onset.speed
 
 
 def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | None) -> Grid:
