@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -13,7 +13,8 @@ from aeroflutter.cycles import LimitCycles, limit_cycles
 from aeroflutter.describing import DescribingCurve, describing_curve
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.harmonic import HarmonicBranch, harmonic_families
-from aeroflutter.maps import Axis, Executor, FlutterMap, Grid, SpeedPitch, flutter_map
+from aeroflutter.maps import Axis, Executor, FlutterMap, Grid, MapOptions, SpeedPitch, flutter_map
+from aeroflutter.maps.engines import MARCH
 from aeroflutter.rootlocus import RootLocus, root_locus
 from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
 from aeroflutter.timemarch.response import Initial
@@ -22,13 +23,15 @@ from aeroflutter.validity import Guarantees, guarantees
 if TYPE_CHECKING:
     from aeroflutter.case import Case
 
-__all__ = ["MOST_CELLS", "Analyses", "ReportOptions", "analyse"]
+__all__ = ["MOST_CELLS", "Analyses", "ReportOptions", "analyse", "period"]
 
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
 MOST_CELLS = 1200  # whose traces one page holds
-EXACT, SMOOTH = (41, 15), (9, 5)  # columns and rows of the map where nothing else is asked
+EXACT, SMOOTH = (41, 15), (7, 4)  # columns and rows of the map where nothing else is asked
+PATIENCE = 60.0  # periods after which a cell of a smooth spring stays undecided
+FASTEST = 20.0  # U* up to which the map goes where nothing flutters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +48,7 @@ class ReportOptions:
     pitches_deg : array (m,), optional
         Initial pitches of the map in degrees, ascending; by default up to twice the case's own.
     periods : float
-        Length of a trace, in periods of the linear flutter mode.
+        Length of a trace, in periods of linear flutter; of uncoupled pitch where nothing flutters.
 
     Raises
     ------
@@ -180,7 +183,7 @@ def analyse(
         guaranteed=guaranteed,
         branches=branches,
         cycles=cycles,
-        map=flutter_map(cells, executor=executor),
+        map=flutter_map(cells, _march(case, period(locus, FASTEST)), executor=executor),
         notes=tuple(dict.fromkeys(notes)),
     )
 
@@ -206,10 +209,25 @@ def _onset(
 
 
 def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | None) -> Grid:
-    straight = isinstance(simplify(case.spring), PiecewiseLinear | Hysteresis)
-    columns, rows = EXACT if straight else SMOOTH  # without pieces every cell takes its time
+    columns, rows = EXACT if _straight(case) else SMOOTH
     pitches = _pitches(case, options, rows)
     return Grid(_flow(options, locus, onset, columns), Axis("initial.alpha_deg", pitches))
+
+
+def _straight(case: Case) -> bool:
+    """Whether the exact engine takes the spring; without pieces every cell takes its time."""
+    return isinstance(simplify(case.spring), PiecewiseLinear | Hysteresis)
+
+
+def _march(case: Case, longest: float) -> MapOptions:
+    if _straight(case):
+        return MapOptions()
+    return MapOptions(march=replace(MARCH, duration=PATIENCE * longest))
+
+
+def period(locus: RootLocus, speed: float) -> float:
+    """Period of linear flutter, or of the uncoupled pitch where nothing flutters, τ."""
+    return float(2.0 * np.pi * (speed if locus.flutter is None else 1.0 / locus.flutter.k))
 
 
 def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns: int) -> Axis:
@@ -224,7 +242,9 @@ def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns
         return Axis("speed_ratio", options.speed_ratios)
     if locus.flutter is None:
         low, high = locus.searched
-        low, high = (low, high) if onset is None else (0.8 * onset, min(2.0 * onset, high))
+        low, high = (
+            (low, min(high, FASTEST)) if onset is None else (0.8 * onset, min(2.0 * onset, high))
+        )
         return Axis("speed", _round_values(low, high, columns))
     first = 1.0 if onset is None else onset / locus.flutter.speed
     high = 1.0 + 0.25 * (1.0 - first) if first < 0.98 else 1.5

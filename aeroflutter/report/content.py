@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.report.analyses import period
 from aeroflutter.report.motions import Motions, harmonic_motion, marched
 from aeroflutter.springs import respond
 from aeroflutter.timemarch.response import STATES, Initial, SimulateOptions, simulate
@@ -331,27 +332,19 @@ def _points(curve: Any, unit: float) -> Sequence[tuple[Array, Array]]:
     return [(curve.speed / unit, np.degrees(curve.amplitude))]
 
 
-def _period(found: Analyses) -> float:
-    """Period of the linear flutter mode, or of the slowest mode where nothing flutters, τ."""
-    if found.locus.flutter is not None:
-        return float(2.0 * np.pi / found.locus.flutter.k)
-    middle = found.locus.roots[found.locus.speeds.size // 2].imag
-    slowest = middle[middle > 1e-6].min(initial=1.0)
-    return float(2.0 * np.pi / slowest)
-
-
 def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
     """The cells, the motion from every one of them, and the cycle in which it ends."""
-    cells, case, period = found.map, found.case, _period(found)
+    cells, case = found.map, found.case
     grid = cells.grid
     reference = found.unit if grid.x.key == "speed_ratio" else 1.0
     first = len(motions.headers)
     settled: dict[tuple[int, int], int] = {}
     for i, x in enumerate(grid.x.values):
-        system = case.family().at(float(x) * reference)
+        speed = float(x) * reference
+        system, unit = case.family().at(speed), period(found.locus, speed)
         for j, y in enumerate(grid.y.values):
             start = Initial(**{**case.initial._asdict(), "alpha": math.radians(y)})
-            response = marched(system, case.spring, start, period, found.options.periods * period)
+            response = marched(system, case.spring, start, unit, found.options.periods * unit)
             motions.add_response(response, divergent=cells.state[i, j] == STATES.index("divergent"))
     ends = np.full(cells.state.shape, -1)
     for i, j in zip(*np.nonzero(cells.state == STATES.index("lco")), strict=True):

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 DENSE = 300  # samples a period from which is chosen
-EVERY = 20  # of which one is kept, besides switches and turns
+EVERY, EVERY_SMOOTH = 20, 6  # of which one is kept, besides switches and turns
 LEVELS = 32767  # of the 16 bits of a sample
 FAR = 30.0  # times its start at which the trace of a divergent motion ends
 
@@ -98,7 +98,8 @@ class Motions:
         """Add a march; a divergent one ends when it is `FAR` from where it began."""
         end = _departure(response.pitch) if divergent else response.time.size
         step = response.time[1] - response.time[0]
-        chosen = _chosen(response.pitch[:end], response.events[:, 0] / step)
+        every = EVERY_SMOOTH if response.engine == "smooth" else EVERY
+        chosen = _chosen(response.pitch[:end], response.events[:, 0] / step, every)
         return self.add(response.time, response.pitch, response.heave, response.moment, chosen)
 
     def add(
@@ -147,9 +148,9 @@ def _departure(pitch: Array) -> int:
     return max(2, int(far[0])) if far.size else pitch.size
 
 
-def _chosen(pitch: Array, switches: Array) -> NDArray[np.intp]:
-    """Places kept of uniform samples: one in `EVERY`, the ends, turns of pitch and switches."""
+def _chosen(pitch: Array, switches: Array, every: int) -> NDArray[np.intp]:
+    """Places kept of uniform samples: one in `every`, the ends, turns of pitch and switches."""
     turns = np.flatnonzero(np.diff(pitch)[1:] * np.diff(pitch)[:-1] <= 0.0) + 1
     near = np.rint(switches[switches < pitch.size - 1]).astype(np.intp)
-    regular = np.arange(0, pitch.size, EVERY, dtype=np.intp)
+    regular = np.arange(0, pitch.size, every, dtype=np.intp)
     return np.unique(np.concatenate((regular, turns, near, [pitch.size - 1])))
