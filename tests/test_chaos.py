@@ -434,6 +434,26 @@ def test_recurrence_of_returns():
     assert recurrence(np.cos(2 * np.pi * theta / 7)) == 7
     assert recurrence(np.cos(theta)) == 0
     assert recurrence(np.empty((0, 3))) == 0
+    noise = 1e-17 * np.random.default_rng(2).standard_normal(theta.shape)  # y' at a maximum
+    assert recurrence(np.hstack((np.cos(2 * np.pi * theta / 7), noise))) == 7
+
+
+@pytest.mark.parametrize(
+    ("delta_v", "ratio", "alpha", "loops"), [(0.05, 0.4025, 6.0, 18), (0.0, 0.2507, 14.0, 32)]
+)
+def test_long_periods_after_a_chaotic_transient(delta_v, ratio, alpha, loops):
+    # Beyond the 16 loops of the end state's search, and in the first case after some hundred
+    # oscillations of chaos that would spoil the exponents: they are measured again after it.
+    options = ChaosOptions(cycles=2000)
+    found = chaos(at(ratio), Hysteresis(delta_v, 1.0), Initial(alpha=alpha), options)
+    assert (found.verdict, found.loops) == ("periodic", loops)
+    assert abs(found.exponents.values[0]) <= found.exponents.error[0] < 5e-4
+
+
+def test_slow_approach_to_a_cycle_is_not_quasi_periodic():
+    # A symmetry breaks next to 0.2511: the cycle attracts with an exponent of some -1e-5 only.
+    found = chaos(at(0.2511), FREEPLAY, SEVEN, ChaosOptions(cycles=2000))
+    assert found.verdict in ("periodic", "undecided")
 
 
 def test_bands_and_their_edges():

@@ -37,6 +37,13 @@ VERDICTS: tuple[Verdict, ...] = (
 )
 MOST_LOOPS = 512  # of a period that recurrence alone can show
 RECURS = 1e-6  # relative distance of returns that are the same
+NOISE = 1e-9  # states that are smaller than this part of the largest are round-off
+CLOSING, FEW_LOOPS = 1e-3, 16  # as near after so few loops, a motion closes in on a cycle
+LEAST_RETURNS = 64  # that must be the same
+STEADY = 3.0  # the error of a zero exponent over its resolution: more, and the run is not steady
+DOUBLINGS = 3
+AT_END = ("damped", "divergent")
+PROVISIONAL = ("undecided", "quasi-periodic")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +160,9 @@ def chaos(
     are measured on the cycle. One that does not settle is chaotic if the largest exponent exceeds
     its error, periodic if its returns recur, quasi-periodic if two exponents are zero within
     their error. After the measurement the end state is asked for again, so that a chaotic
-    transient is not taken for chaos: the verdict is then that of what came after it.
+    transient is not taken for chaos: the verdict is then that of what came after it. Where two
+    exponents are zero, or nothing is decided, the measurement goes on over twice the length, up
+    to `DOUBLINGS` times: a slow attraction to a cycle then shows.
 
     Examples
     --------
@@ -167,17 +176,22 @@ def chaos(
     state, memory = (initial or Initial()).start(system, spring)
     engine = _engine(system, spring, progress)
     count = min(options.exponents, system.order)
-    landing, transient = engine.land(state, memory), 0
-    while landing.state not in ("damped", "divergent"):
-        growth = engine.grow(landing, _cycles(engine, options, landing), options.transient, count)
+    length = engine.default_cycles if options.cycles is None else options.cycles
+    landing, transient, longer = engine.land(state, memory), 0, 0
+    while landing.state not in AT_END:
+        whole = _whole(length, options.blocks * max(landing.loops, 1))
+        growth = engine.grow(landing, whole, options.transient, count)
         transient += options.transient
         exponents = measured(growth.time, growth.logs, options.blocks)
         if landing.state == "lco":
             return _result(engine, landing, growth, exponents, transient)
-        again = engine.land(growth.final_state, growth.final_memory)
-        if again.state not in ("lco", "damped", "divergent"):
-            return _result(engine, again, growth, exponents, transient)
-        landing, transient = again, transient + growth.section.pitch.size
+        landing = engine.land(growth.final_state, growth.final_memory)
+        if landing.state not in (*AT_END, "lco"):
+            result = _result(engine, landing, growth, exponents, transient)
+            if result.verdict not in PROVISIONAL or longer == DOUBLINGS:
+                return result
+            length, longer = 2 * length, longer + 1
+        transient += growth.section.pitch.size
     return _settled(system, engine, landing, count, transient)
 
 
@@ -192,11 +206,9 @@ def _engine(system: LureSystem, spring: Spring, progress: Callable[[float], None
     return SmoothEngine(system, simple, progress)
 
 
-def _cycles(engine: Engine, options: ChaosOptions, landing: Landing) -> int:
-    """Maxima to measure: whole periods in every block, so that a cycle's blocks are all alike."""
-    wanted = engine.default_cycles if options.cycles is None else options.cycles
-    loops = max(landing.loops, 1)
-    return options.blocks * loops * -(-wanted // (options.blocks * loops))
+def _whole(length: int, part: int) -> int:
+    """The length, rounded up to whole parts: periods in every block, so that they are alike."""
+    return part * -(-length // part)
 
 
 def _result(
@@ -212,7 +224,7 @@ def _result(
         reason=reason,
         engine=engine.name,
         loops=loops,
-        period=landing.period if landing.state == "lco" else loops * between or float("nan"),
+        period=landing.period if landing.state == "lco" else _period(time, loops),
         multiplier=landing.multiplier,
         exponents=exponents,
         amplitude=0.5 * (high - low),
@@ -235,29 +247,48 @@ def _judge(landing: Landing, growth: Growth, exponents: Exponents) -> tuple[Verd
     if not np.isfinite(values[0]):
         return "undecided", f"too few oscillations to measure; {landing.reason}", 0
     largest = f"largest exponent {values[0]:.4g} ± {error[0]:.2g} per unit tau"
-    if values[0] > error[0]:
-        return "chaotic", f"{largest}: positive", 0
+    positive, steady = values[0] > error[0], error[0] <= STEADY * exponents.resolution
     loops = recurrence(growth.section.states)
     if loops:
-        return "periodic", f"{largest}; returns recur after {loops} loop(s)", loops
-    if landing.state == "aperiodic" and values.size > 1 and abs(values[1]) <= error[1]:
+        why = f"{largest}; in the end returns recur after {loops} loop(s)"
+        return ("periodic", why, loops) if steady and not positive else ("undecided", why, 0)
+    if positive:
+        return "chaotic", f"{largest}: positive", 0
+    closing = 0 < recurrence(growth.section.states, CLOSING) <= FEW_LOOPS
+    if landing.state == "aperiodic" and _two_zeros(exponents) and not closing:
         second = f"second {values[1]:.4g} ± {error[1]:.2g}"
         return "quasi-periodic", f"{largest}, {second}: both zero, and no recurrence", 0
-    return "undecided", f"{largest}: zero, but no recurrence; {landing.reason}", 0
+    return "undecided", f"{largest}: not positive, but no recurrence; {landing.reason}", 0
 
 
-def recurrence(states: Array) -> int:
+def _two_zeros(exponents: Exponents) -> bool:
+    """Whether the two largest exponents are zero, and well enough known to say so."""
+    values, error = exponents.values[:2], exponents.error[:2]
+    small = (np.abs(values) <= error) & (error <= STEADY * exponents.resolution)
+    return values.size == 2 and bool(small.all())
+
+
+def _period(time: Array, loops: int) -> float:
+    """Time of the last so many loops; NaN for none."""
+    return float(time[-1] - time[-1 - loops]) if loops else float("nan")
+
+
+def recurrence(states: Array, tolerance: float = RECURS) -> int:
     """Smallest n after which the last returns repeat, at most `MOST_LOOPS`; 0 if there is none.
 
     Parameters
     ----------
     states
         States at successive maxima, (m, n).
+    tolerance
+        Relative distance of returns that count as the same.
     """
     size = np.abs(states).max(axis=0, initial=0.0)
-    tail = states / np.where(size > 0.0, size, 1.0)
+    largest = float(size.max(initial=0.0)) or 1.0
+    tail = states / np.where(size > NOISE * largest, size, largest)  # y' vanishes at a maximum
     for n in range(1, min(MOST_LOOPS, tail.shape[0] // 4) + 1):
-        if np.abs(tail[-2 * n :] - tail[-3 * n : -n]).max() < RECURS:
+        m = max(2 * n, LEAST_RETURNS)
+        if m + n <= tail.shape[0] and np.abs(tail[-m:] - tail[-m - n : -n]).max() < tolerance:
             return n
     return 0
 
