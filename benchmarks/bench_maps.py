@@ -26,7 +26,7 @@ from tests.marching import event_march
 COLUMNS, ROWS = 40, 25
 PITCHES = (1.0, 15.0)
 DT, STEPS = 0.1, 50_000
-ROUNDS = 3
+ROUNDS = 5
 LONG = {True: 3_000.0, False: 15_000.0}  # τ of the long integration: where damped, and else
 WATCHED, SAMPLES = 80.0, 41  # τ at its end in which its size is taken
 DAMPED, LCO, DIVERGENT = (STATES.index(name) for name in ("damped", "lco", "divergent"))

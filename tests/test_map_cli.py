@@ -32,9 +32,9 @@ from aeroflutter.timemarch.prepared import Prepared
 from aeroflutter.timemarch.response import STATES, Initial
 
 KEYS = {"cells", "damped", "lco", "aperiodic", "divergent", "undecided", "cpu_seconds", "store"}
-# Freeplay takes its time, so that there is something to kill: 24 blocks in a second or two.
-SLOW = ("run100", "--speed-ratio", "0.12:1:70", "--alpha-deg", "-15:15:30")
-BLOCKS = 24
+# Freeplay takes its time, so that there is something to kill: 47 blocks in a second or two.
+SLOW = ("run100", "--speed-ratio", "0.12:0.99:140", "--alpha-deg", "-15:15:30")
+BLOCKS = 47
 
 
 def run(capsys, *words: str) -> tuple[int, str, str]:
@@ -200,7 +200,7 @@ def test_killed_and_resumed_is_as_if_nothing_had_happened(whole, tmp_path: Path)
     chance = random.Random(6)
     store = tmp_path / "m.zarr"
     words = command(SLOW[0], store, *SLOW[1:], "--workers", "2")
-    killed = kill_parent(words, store, chance.randrange(1, BLOCKS // 2), chance)
+    killed = kill_parent(words, store, chance.randrange(1, BLOCKS // 4), chance)
     killed += kill_parent([*words, "--resume"], store, committed(store) + 3, chance)
     assert killed == 2
     assert 0 < committed(store) < BLOCKS
@@ -208,6 +208,7 @@ def test_killed_and_resumed_is_as_if_nothing_had_happened(whole, tmp_path: Path)
     assert arrays(store) == whole
 
 
+@pytest.mark.slow
 def test_dead_workers_cost_their_blocks_only(whole, tmp_path: Path) -> None:
     store = tmp_path / "m.zarr"
     words = command(SLOW[0], store, *SLOW[1:], "--workers", "2")
@@ -228,6 +229,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
     assert "Traceback" not in err
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_told_and_the_run_goes_on_later(tmp_path: Path) -> None:
     # The pitches compress, the times of decision do not: their block is what the disk cannot take.
     words = ("--speed-ratio", "0.9:0.95:4", "--alpha-deg", "2:2001:2000")

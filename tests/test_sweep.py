@@ -113,7 +113,7 @@ class Sections:
 
 
 def test_every_section_of_a_sweep_is_what_it_is_alone() -> None:
-    drawn = sample({"mu": parse_distribution("normal(100,5)")}, 12, seed=2)
+    drawn = sample({"mu": parse_distribution("normal(100,5)")}, 6, seed=2)
     found = sweep(Sections(), drawn)
     for i, mu in enumerate(drawn["mu"]):
         one = Sections().at({"mu": mu})
@@ -176,7 +176,7 @@ def test_who_computes_does_not_matter() -> None:
             assert values.tobytes() == other.values[name].tobytes(), name
 
 
-WORDS = ("sweep", "run14", "--vary", "section.mu=normal(100,5)", "--sample", "12")
+WORDS = ("sweep", "run14", "--vary", "section.mu=normal(100,5)", "--sample", "6")
 
 
 def result(capsys, *words: str) -> dict:
@@ -191,11 +191,11 @@ def test_the_command_repeats_itself_and_says_what_it_drew(capsys) -> None:
     other = result(capsys, *WORDS, "--seed", "4")
     assert first["values"] == again["values"]
     assert first["values"]["section.mu"] != other["values"]["section.mu"]
-    assert first["samples"] == first["flutter_speed"]["number"] == 12
+    assert first["samples"] == first["flutter_speed"]["number"] == 6
     assert (first["invalid"], first["failed"]) == (0, 0)
     assert first["seed"] == 3
     assert first["vary"] == {"section.mu": "normal(100,5)"}
-    assert first["onset_speed"]["number"] == 12
+    assert first["onset_speed"]["number"] == 6
     assert sum(first["states"].values()) == 0  # no airspeed, no motion
 
 
@@ -203,8 +203,8 @@ def test_amplitudes_at_a_speed_and_sections_that_cannot_be(capsys) -> None:
     vary = ("--vary", "section.x_alpha=uniform(0.2,0.6)", "--speed-ratio", "0.95", "--no-onset")
     found = result(capsys, *WORDS, *vary, "--seed", "1")
     assert found["invalid"] > 0  # |x_alpha| above r_alpha = 0.5 is no section
-    assert found["flutter_speed"]["number"] == 12 - found["invalid"]
-    assert sum(found["states"].values()) == 12 - found["invalid"]
+    assert found["flutter_speed"]["number"] == 6 - found["invalid"]
+    assert sum(found["states"].values()) == 6 - found["invalid"]
     assert found["onset_speed"] == {"number": 0}
 
 
