@@ -165,7 +165,7 @@ def test_flutter_speed_spreads_as_its_slope_says() -> None:
 
 
 def test_who_computes_does_not_matter() -> None:
-    drawn = sample({"mu": parse_distribution("normal(100,5)")}, 66, seed=9)
+    drawn = sample({"mu": parse_distribution("normal(100,5)")}, 24, seed=9)
     options = SweepOptions(onset=False)
     first, *others = (
         sweep(Sections(), drawn, options, executor=one)
