@@ -33,6 +33,8 @@ def assemble(
     truncation = np.array([balance.truncation(state.x) for state in curve.states])
     answers = [balance.answer(state.x) for state in curve.states]
     ends = np.array([answer.extremes for answer in answers])
+    if balance.symmetric:  # but for round-off
+        ends = 0.5 * (ends - ends[:, ::-1])
     first = np.array([cycle.first_harmonic for cycle in cycles])
     margin = np.array([answer.margin for answer in answers]) / first
     multipliers, error, is_stable, certain = _stability(balance, curve.states, stability, margin)
