@@ -66,9 +66,9 @@ class LoopCycle:
     orders
         Harmonics 2 … n, (m,).
     answers
-        The spring's answer to the sinusoid at each, |F_k| over the amplitude, (m,).
+        The spring's answer to the sinusoid at each, ``|F_k|`` over the amplitude, (m,).
     gains
-        What the loop makes of it, 1/|1/G(jkω) + s| with the mean slope s, (m,).
+        What the loop makes of it, ``1/|1/G(jkω) + s|`` with the mean slope s, (m,).
     predicted
         Their product: harmonics of the motion over its amplitude, (m,).
     spoiling

@@ -65,7 +65,7 @@ class Guarantees:
     ratio
         Contraction ratio, (m,); the smaller, the safer.
     sigma
-        Bound on |1/G + N| at the point, (m,).
+        Bound on ``|1/G + N|`` at the point, (m,).
     expected_error
         Calibrated 95 % limit of the relative error of the speed, from the distortion, (m,).
     doubtful
