@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,11 @@ from aeroflutter.cycles import LimitCycles, limit_cycles
 from aeroflutter.describing import DescribingCurve, describing_curve
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.harmonic import HarmonicBranch, harmonic_families
+from aeroflutter.lure import LureFamily
 from aeroflutter.maps import Axis, Executor, FlutterMap, Grid, MapOptions, SpeedPitch, flutter_map
 from aeroflutter.maps.engines import MARCH
 from aeroflutter.rootlocus import RootLocus, root_locus
-from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
+from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
 from aeroflutter.timemarch.response import Initial
 from aeroflutter.validity import Guarantees, guarantees
 
@@ -156,22 +157,12 @@ def analyse(
             f"There is no linear flutter between U* = {low:.4g} and {high:.4g}: "
             "speeds on this page are U*, not ratios."
         )
-    progress("describing function")
-    curve = _tried("Describing function", lambda: describing_curve(family, spring), notes)
-    guaranteed = None
-    if curve is not None and curve.amplitude.size:
-        guaranteed = _tried("Proofs", lambda: guarantees(family, spring, curve), notes)
-    progress("harmonic balance")
-    branches = _tried("Harmonic balance", lambda: harmonic_families(family, spring), notes) or ()
-    progress("exact cycles")
-    cycles = _tried("Exact cycles", lambda: limit_cycles(family, spring), notes)
-    for name, found in (("Describing function", curve), ("Exact cycles", cycles)):
-        notes += [] if found is None else [f"{name}: {note}." for note in found.notes]
+    found = _limit_cycles(family, spring, notes, progress)
     progress("flutter map")
     cells = SpeedPitch(
         family,
         spring,
-        _grid(case, options, locus, _onset(curve, branches, cycles)),
+        _grid(case, options, locus, found.onset),
         1.0 if locus.flutter is None or options.speeds is not None else locus.flutter.speed,
         Initial(**{**case.initial._asdict(), "alpha": 0.0}),
     )
@@ -179,13 +170,51 @@ def analyse(
         case=case,
         options=options,
         locus=locus,
-        curve=curve,
-        guaranteed=guaranteed,
-        branches=branches,
-        cycles=cycles,
+        **found._asdict(),
         map=flutter_map(cells, _march(case, period(locus, FASTEST)), executor=executor),
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+class _Found(NamedTuple):
+    """What the methods found of limit cycles; nothing, for a linear spring."""
+
+    curve: DescribingCurve | None = None
+    guaranteed: Guarantees | None = None
+    branches: tuple[HarmonicBranch, ...] = ()
+    cycles: LimitCycles | None = None
+
+    @property
+    def onset(self) -> float | None:
+        """The lowest speed U* of a cycle, by the best method that found one."""
+        if self.cycles is not None and self.cycles.onset is not None:
+            return self.cycles.onset.cycle.speed
+        if self.branches:
+            return min(branch.onset.cycle.speed for branch in self.branches)
+        if self.curve is not None and self.curve.onset is not None:
+            return self.curve.onset.speed
+        return None
+
+
+def _limit_cycles(
+    family: LureFamily, spring: Spring, notes: list[str], progress: Callable[[str], None]
+) -> _Found:
+    """Limit cycles by all three methods."""
+    if isinstance(simplify(spring), Linear):
+        notes.append("The spring is linear: it has no limit cycles.")
+        return _Found()
+    progress("describing function")
+    curve = _tried("Describing function", lambda: describing_curve(family, spring), notes)
+    guaranteed = None
+    if curve is not None and curve.amplitude.size:
+        guaranteed = _tried("Proofs", lambda: guarantees(family, spring, curve), notes)
+    progress("harmonic balance")
+    branches = _tried("Harmonic balance", lambda: harmonic_families(family, spring), notes)
+    progress("exact cycles")
+    cycles = _tried("Exact cycles", lambda: limit_cycles(family, spring), notes)
+    for name, found in (("Describing function", curve), ("Exact cycles", cycles)):
+        notes += [] if found is None else [f"{name}: {note}." for note in found.notes]
+    return _Found(curve, guaranteed, branches or (), cycles)
 
 
 def _tried(name: str, analysis: Callable[[], Result], notes: list[str]) -> Result | None:
@@ -195,17 +224,6 @@ def _tried(name: str, analysis: Callable[[], Result], notes: list[str]) -> Resul
     except (InputError, ConvergenceError) as error:
         notes.append(f"{name}: {'; '.join(str(error).splitlines())}.")
         return None
-
-
-def _onset(
-    curve: DescribingCurve | None, branches: tuple[HarmonicBranch, ...], cycles: LimitCycles | None
-) -> float | None:
-    """The lowest speed U* of a cycle, by the best method that found one."""
-    if cycles is not None and cycles.onset is not None:
-        return cycles.onset.cycle.speed
-    if branches:
-        return min(branch.onset.cycle.speed for branch in branches)
-    return None if curve is None or curve.onset is None else curve.onset.speed
 
 
 def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | None) -> Grid:
@@ -246,7 +264,9 @@ def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns
             (low, min(high, FASTEST)) if onset is None else (0.8 * onset, min(2.0 * onset, high))
         )
         return Axis("speed", _round_values(low, high, columns))
-    first = 1.0 if onset is None else onset / locus.flutter.speed
+    if onset is None:
+        return Axis("speed_ratio", _round_values(0.9, 1.1, columns))
+    first = onset / locus.flutter.speed
     high = 1.0 + 0.25 * (1.0 - first) if first < 0.98 else 1.5
     low = max(0.05, first - 0.3 * (high - first))
     return Axis("speed_ratio", _round_values(low, high, columns))

@@ -1,8 +1,8 @@
 """Motions as a page keeps them: samples of an engine, thinned and coded in few bytes.
 
 A motion is a choice of an engine's own uniform samples; nothing is interpolated. Chosen are a few a
-period, and every sample nearest to a switch of the spring or a turn of pitch, so that straight
-lines between them show the path of a piecewise-linear spring as it is.
+period, every turn of pitch, and the samples before and after each switch of the spring, so that
+straight lines between them show the path of a piecewise-linear spring as it is.
 """
 
 from __future__ import annotations
@@ -151,6 +151,6 @@ def _departure(pitch: Array) -> int:
 def _chosen(pitch: Array, switches: Array, every: int) -> NDArray[np.intp]:
     """Places kept of uniform samples: one in `every`, the ends, turns of pitch and switches."""
     turns = np.flatnonzero(np.diff(pitch)[1:] * np.diff(pitch)[:-1] <= 0.0) + 1
-    near = np.rint(switches[switches < pitch.size - 1]).astype(np.intp)
+    before = np.floor(switches[switches < pitch.size - 1]).astype(np.intp)
     regular = np.arange(0, pitch.size, every, dtype=np.intp)
-    return np.unique(np.concatenate((regular, turns, near, [pitch.size - 1])))
+    return np.unique(np.concatenate((regular, turns, before, before + 1, [pitch.size - 1])))
