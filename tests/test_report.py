@@ -20,7 +20,7 @@ from aeroflutter.rootlocus import flutter_point
 from aeroflutter.springs import Linear
 from aeroflutter.timemarch.response import STATES, Initial, SimulateOptions, simulate
 
-SMALL = ("--speed-ratio", "0.9:1.02:4", "--alpha-deg", "2,6")
+SMALL = ("--speed-ratio", "0.9,0.95,1.05,1.1", "--alpha-deg", "2,6")
 
 
 def written(folder: Path, case: str, *words: str) -> str:
@@ -166,6 +166,22 @@ def test_a_divergent_motion_ends_and_keeps_its_accuracy() -> None:
     assert count * step < response.time[-1]
 
 
+def test_straight_lines_between_samples_are_the_springs_path() -> None:
+    """Freeplay, whose corners a sample on their wrong side would cut."""
+    case = load_case("freeplay-02")
+    start, period = Initial(alpha=np.radians(7.5)), 75.0
+    response = marched(case.family().at(3.77), case.spring, start, period, 12 * period)
+    motions = Motions()
+    motions.add_response(response)
+    shown = decoded({"motions": motions.coded()}, 0)
+    apart = np.diff(shown["time"]) > 1.5 * response.time[1]
+    middle = 0.5 * (shown["pitch"][1:] + shown["pitch"][:-1])[apart]
+    moment = 0.5 * (shown["moment"][1:] + shown["moment"][:-1])[apart]
+    law = np.degrees(case.spring.moment(np.radians(middle)))
+    assert apart.sum() > 100
+    assert moment == pytest.approx(law, abs=2 * sum(motions.headers[0][2::2]))  # levels of coding
+
+
 class Outline(HTMLParser):
     """What a screen reader finds: landmarks, names, identifiers."""
 
@@ -211,6 +227,15 @@ def test_without_flutter_the_page_says_so(tmp_path: Path) -> None:
     page = written(tmp_path, "run14", *words)
     assert "There is no linear flutter between" in page
     assert carried(page)["axis"] == {"key": "speed", "label": "airspeed U*", "unit": 1.0}
+
+
+def test_a_linear_spring_has_no_cycles_and_says_so(tmp_path: Path) -> None:
+    page = written(tmp_path, "naca496", *SMALL)
+    assert "<li>The spring is linear: it has no limit cycles.</li>" in page
+    assert "52.687 m/s" in page
+    found = carried(page)
+    assert found["curves"] == found["events"] == []
+    assert found["map"]["counts"]["damped"] == found["map"]["counts"]["divergent"] == 4
 
 
 def test_a_spring_without_pieces_has_no_exact_curve_and_says_so(tmp_path: Path) -> None:
