@@ -37,7 +37,7 @@ def measure() -> Iterator[Measurement]:
     seconds, count = _fortran(branch)
     if count:
         yield Measurement(f"Fortran, {count} speeds of the stable part", seconds)
-        yield Measurement("the whole branch, of that", taken / seconds, "", 1.0)
+        yield Measurement("the whole branch, of that", taken / seconds, "")
 
 
 def _one() -> Callable[[], None]:
