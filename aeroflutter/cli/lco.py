@@ -262,8 +262,8 @@ def _print_family(family: CycleFamily, *, mirrored: bool) -> None:
             [
                 (
                     event.kind,
-                    f"{event.cycle.speed_ratio:.8f}",
-                    f"{event.cycle.speed:.8f}",
+                    _digits(event.cycle.speed_ratio),
+                    _digits(event.cycle.speed),
                     math.degrees(event.cycle.amplitude),
                     event.cycle.period,
                     ", ".join("yes" if flag else "no" for flag in event.stable_beside),
@@ -273,6 +273,10 @@ def _print_family(family: CycleFamily, *, mirrored: bool) -> None:
         )
     step = max(1, (len(family.cycles) - 1) // (SHOWN - 1))
     _show_cycles(family.cycles[::step])
+
+
+def _digits(value: float) -> str:
+    return f"{value:.8f}" if math.isfinite(value) else "-"
 
 
 def _show_cycles(cycles: Sequence[Cycle]) -> None:

@@ -104,9 +104,9 @@ def _resolved(places: list[Place]) -> list[Place]:
     """Places with a plain cycle between any two at which something happens."""
     result: list[Place] = []
     for place in places:
+        if any(_one_event(known, place) for known in result[-2:]):
+            continue
         if place.kind and result and result[-1].kind:
-            if _one_event(result[-1], place):
-                continue
             middle = between(result[-1], place)
             if middle is not None:
                 result.append(middle)
@@ -171,7 +171,9 @@ def _onset(places: list[Place], among: range | list[int]) -> CycleOnset:
     i = min(among, key=lambda i: places[i].cycle.speed)
     place = places[i]
     kind = place.kind or "edge"
-    if kind == "grazing" and 0 < i < len(places) - 1 and _turns(places, i):
+    if kind == "grazing" and i in (0, len(places) - 1):
+        kind = "edge"
+    elif kind == "grazing" and _turns(places, i):
         kind = "corner"
     stable = any(_beside(places, i)) or (not place.kind and place.cycle.stable)
     return CycleOnset(cycle=place.cycle, kind=kind, stable=stable)

@@ -235,6 +235,8 @@ def _note(leg: Leg, strand: Strand, found: list[tuple[str, State]]) -> str:
     """Add what happens to the strand, and say why it ends if it does."""
     for kind, state in found:
         if strand.add(leg, state, kind).cycle.switches == 0:
+            if kind != "grazing":  # beyond the end, where any amplitude will do
+                strand.places.pop()
             return _LINEAR
     return ""
 
