@@ -414,6 +414,8 @@ def test_keys_reach_everything(opened: Any, data: dict[str, Any]) -> None:
     assert f"at speed {curve['x'][1]:.6g}" in said(opened)
     press(opened, Keys.ARROW_DOWN)
     assert said(opened).startswith("Harmonic balance")
+    press(opened, Keys.PAGE_DOWN)
+    assert said(opened).startswith(f"{data['events'][0]['kind'].capitalize()} at speed")
 
 
 def test_dark_on_request_and_by_preference(opened: Any) -> None:

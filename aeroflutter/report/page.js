@@ -15,7 +15,7 @@ const data = JSON.parse(byId("data").textContent);
 const toPage = data.map.x.scale; // from the map's speeds to those of the page
 let samples = null; // bytes of all motions
 let starts = [];
-let cursor = { curve: 0, point: 0, column: 0, row: 0 };
+let cursor = { curve: 0, point: 0, event: -1, column: 0, row: 0 };
 let chosen = null;
 
 // ---------------------------------------------------------------- reading what the page carries
@@ -377,6 +377,12 @@ function stepPoint(along, curves) {
   choosePoint(n, n === cursor.curve ? within(cursor.point + along, x.length) : near());
 }
 
+function stepEvent(along) {
+  if (!data.events.length) return;
+  cursor.event = within(cursor.event + along, data.events.length);
+  chooseEvent(cursor.event);
+}
+
 function listen() {
   clicked("plot-map", (point) => chooseCell(...point.pointIndex.toReversed()));
   clicked("plot-curves", ({ customdata }) => {
@@ -391,6 +397,7 @@ function listen() {
   if (data.curves.length) {
     keyed("plot-curves", { ArrowLeft: () => stepPoint(-1, 0), ArrowRight: () => stepPoint(1, 0),
       ArrowUp: () => stepPoint(0, -1), ArrowDown: () => stepPoint(0, 1),
+      PageUp: () => stepEvent(-1), PageDown: () => stepEvent(1),
       Home: () => stepPoint(-Infinity, 0), End: () => stepPoint(Infinity, 0),
       Enter: () => stepPoint(0, 0) });
   }
