@@ -1,7 +1,9 @@
-"""Whatever is public is described."""
+"""Whatever is public is described, and the examples in the descriptions are true."""
 
 import ast
+import doctest
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -41,3 +43,17 @@ def test_public_things_have_docstrings(path: Path) -> None:
         if not _stub(node) and not ast.get_docstring(node)  # type: ignore[arg-type]
     ]
     assert not bare
+
+
+WITH_EXAMPLES = [
+    path.relative_to(ROOT)
+    for path in MODULES
+    if ">>> " in path.read_text(encoding="utf-8") and path.is_relative_to(ROOT / "aeroflutter")
+]
+
+
+@pytest.mark.parametrize("path", WITH_EXAMPLES, ids=lambda path: path.as_posix())
+def test_examples_in_docstrings_do_what_they_show(path: Path) -> None:
+    found = doctest.testmod(import_module(".".join(path.with_suffix("").parts)))
+    assert found.attempted
+    assert not found.failed

@@ -326,7 +326,7 @@ def flutter_map(
     >>> spring = Hysteresis(np.radians(1.0), np.radians(0.2))
     >>> cells = SpeedPitch(SectionFamily(TypicalSection(omega_bar=0.8)), spring, grid)
     >>> flutter_map(cells).state.tolist()
-    [[0, 0], [1, 1]]
+    [[0, 0], [0, 1]]
     """
     study = MapStudy(cells, options or MapOptions())
     results = MemoryResults(study)

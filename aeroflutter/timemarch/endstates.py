@@ -201,7 +201,7 @@ def end_state(
     >>> system = SectionFamily(TypicalSection(omega_bar=0.8)).at(3.9)
     >>> end = end_state(Prepared.of(system, Hysteresis(1.0, 0.2)), [0, 6, 0, 0, 0, 0], 0.1)
     >>> end.state, round(end.amplitude, 6)
-    ('lco', 1.322842)
+    ('lco', 1.283152)
     """
     options = options or EndOptions()
     x = np.array(state, dtype=float)
