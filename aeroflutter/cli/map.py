@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import shlex
-import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from aeroflutter.cli.common import CaseName, CaseOptions, Json, Output, numbers, show_facts
+from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -73,37 +71,12 @@ def map(  # noqa: A001 - the command's name
     tolerance: Annotated[
         float, Parameter(help="Width to which --refine goes, in units of either axis.")
     ] = TOLERANCE,
-    workers: Annotated[
-        int | None,
-        Parameter(
-            help="Worker processes; 0 computes in this process. By default one a core, or "
-            f"threads of this process for maps of at most {SMALL} cells."
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        Parameter(help="Compute on the Dask scheduler at this address, tcp://HOST:PORT."),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        Parameter(
-            help="Keep the map in this zarr store (.zarr), or in a NetCDF file (.nc) and the store "
-            "of the same name beside it."
-        ),
-    ] = None,
-    resume: Annotated[
-        bool,
-        Parameter(negative=(), show_default=False, help="Go on with the store of --out."),
-    ] = False,
-    overwrite: Annotated[
-        bool,
-        Parameter(negative=(), show_default=False, help="Replace what --out names."),
-    ] = False,
     plot: Annotated[
         Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
     ] = None,
     json: Json = False,
     options: CaseOptions = CaseOptions(),
+    keeping: Keeping = Keeping(),
 ) -> None:
     """Flutter map: how the motion ends for every airspeed and initial pitch.
 
@@ -112,72 +85,23 @@ def map(  # noqa: A001 - the command's name
     """
     from aeroflutter.cli.studies import CaseCells
 
-    target = Target(out, resume, overwrite)
-    output = Output(json=json, out=target.netcdf, plot=plot)
-    target.check()
+    keeping.check()
+    output = Output(json=json, out=keeping.netcdf, plot=plot)
     output.check()
     loaded = options.load(case)
     grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y)
     cells = CaseCells(loaded.text, loaded.source, grid, fixed)
     settings = _settings(engine, dt, duration, thesis, tolerance if refine else None)
-    executor = choose_executor(workers, scheduler, small=grid.cells <= SMALL)
+    executor = keeping.executor(threads=grid.cells <= SMALL)
     begin = time.monotonic()
-    found = _run(loaded, cells, settings, executor, target)
+    found = _run(loaded, cells, settings, executor, keeping)
     wall = time.monotonic() - begin
     output.deliver(
-        _payload(loaded, found, settings.march.engine, wall, target.store),
-        text=lambda: _print(loaded, found, wall, target.store),
+        _payload(loaded, found, settings.march.engine, wall, keeping.store),
+        text=lambda: _print(loaded, found, wall, keeping.store),
         dataset=lambda: _dataset(loaded, found),
         figure=lambda: _figure(loaded, cells, found),
     )
-
-
-@dataclass(frozen=True)
-class Target:
-    """Where a map goes, and what may be there already."""
-
-    out: Path | None
-    resume: bool
-    overwrite: bool
-
-    @property
-    def store(self) -> Path | None:
-        """The zarr store."""
-        if self.out is None or self.out.suffix == ".zarr":
-            return self.out
-        return self.out.with_suffix(".zarr")
-
-    @property
-    def netcdf(self) -> Path | None:
-        """The NetCDF file."""
-        return None if self.out == self.store else self.out
-
-    def check(self) -> None:
-        """Refuse what cannot be, before any work is done.
-
-        Raises
-        ------
-        InputError
-            For a suffix that is neither, a file that is there, or options that exclude others.
-        """
-        if self.out is None:
-            if self.resume or self.overwrite:
-                flag = "--resume" if self.resume else "--overwrite"
-                raise InputError(f"{flag}: name the store with --out")
-            return
-        if self.resume and self.overwrite:
-            raise InputError("--resume: excludes --overwrite; give one of the two")
-        if self.out.suffix not in (".nc", ".zarr"):
-            raise InputError(f"--out {self.out}: must end in .zarr or .nc")
-        if not self.out.parent.is_dir():
-            raise InputError(
-                f"--out {self.out}: there is no folder {self.out.parent}; create it first"
-            )
-        if self.netcdf and self.netcdf.exists() and not (self.resume or self.overwrite):
-            raise InputError(
-                f"{self.netcdf}: exists; give another name, --resume to go on with its store, "
-                "or --overwrite to replace it"
-            )
 
 
 def axes(
@@ -246,80 +170,15 @@ def _settings(
     return MapOptions(march=march, refine=refine)
 
 
-def choose_executor(workers: int | None, scheduler: str | None, *, small: bool) -> Executor:
-    """Who computes, from the options of the command line.
-
-    Raises
-    ------
-    InputError
-        If the number of workers is negative, or both options are given.
-    """
-    from aeroflutter.maps import Cluster, Processes, Threads
-    from aeroflutter.maps.executors import cores
-
-    if scheduler is not None:
-        if workers is not None:
-            raise InputError("--workers: excludes --scheduler, which has workers of its own")
-        return Cluster(scheduler)
-    if workers is None:
-        return Threads(cores()) if small else Processes(cores())
-    if workers < 0:
-        raise InputError(f"--workers: must be zero or more, not {workers}")
-    return Processes(workers) if workers else Threads(1)
-
-
 def _run(
-    case: Case, cells: CaseCells, settings: Any, executor: Executor, target: Target
+    case: Case, cells: CaseCells, settings: Any, executor: Executor, keeping: Keeping
 ) -> FlutterMap:
     from aeroflutter.maps import MapStudy, collect
 
     study = MapStudy(cells, settings)
-    with opened(study, target, case) as results:
+    with keeping.opened(study, case) as results:
         compute(study, results, executor, "cells")
         return collect(study, results)
-
-
-def opened(study: Any, target: Target, case: Case) -> Any:
-    """The results of a study as a context: the store of `target`, or memory."""
-    from aeroflutter.maps import Store
-    from aeroflutter.maps.results import MemoryResults
-
-    if target.store is None:
-        return contextlib.nullcontext(MemoryResults(study))
-    if target.resume:
-        return contextlib.closing(Store.resume(target.store, study))
-    from aeroflutter.dataset import VARIABLES, provenance
-
-    store = Store.create(target.store, study, overwrite=target.overwrite)
-    store.annotate(provenance(case), VARIABLES)
-    return contextlib.closing(store)
-
-
-def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
-    """Run a study with its progress on stderr; an interrupted run says how to go on."""
-    from aeroflutter.cli.progress import patience, progress
-    from aeroflutter.errors import AeroflutterError
-    from aeroflutter.maps import Cluster, Store, run
-
-    if not isinstance(executor, Cluster):
-        with patience("compiling the engine; this happens once and takes a minute or two"):
-            study.warm_up()
-    try:
-        with progress(unit) as report:
-            run(study, results, executor, report)
-    except (KeyboardInterrupt, AeroflutterError, OSError) as stop:
-        if isinstance(results, Store):
-            how = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-            print(_how_to_resume(how, results), file=sys.stderr)
-        raise
-
-
-def _how_to_resume(how: str, store: Any) -> str:
-    done = sum(int(store.done(phase).sum()) for phase in store.study.phases)
-    total = sum(store.done(phase).size for phase in store.study.phases)
-    words = [word for word in sys.argv[1:] if word not in ("--resume", "--overwrite")]
-    command = shlex.join(["aeroflutter", *words, "--resume"])
-    return f"{how}: {done} of {total} blocks are safe in {store.path}; go on with\n  {command}"
 
 
 STATES = ("damped", "lco", "aperiodic", "divergent", "undecided", "failed")

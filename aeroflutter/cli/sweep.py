@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from aeroflutter.cli.common import CaseName, CaseOptions, Json, Output, show_facts, show_table
-from aeroflutter.cli.map import Target, choose_executor, compute, opened
+from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,34 +55,12 @@ def sweep(
         float | None, Parameter(help="Amplitude at this airspeed in m/s (sections in SI units).")
     ] = None,
     onset: Annotated[bool, Parameter(help="Onset of limit cycles by describing functions.")] = True,
-    workers: Annotated[
-        int | None,
-        Parameter(help="Worker processes, by default one a core; 0 computes in this process."),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        Parameter(help="Compute on the Dask scheduler at this address, tcp://HOST:PORT."),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        Parameter(
-            help="Keep the sweep in this zarr store (.zarr), or in a NetCDF file (.nc) and the "
-            "store of the same name beside it."
-        ),
-    ] = None,
-    resume: Annotated[
-        bool,
-        Parameter(negative=(), show_default=False, help="Go on with the store of --out."),
-    ] = False,
-    overwrite: Annotated[
-        bool,
-        Parameter(negative=(), show_default=False, help="Replace what --out names."),
-    ] = False,
     plot: Annotated[
         Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
     ] = None,
     json: Json = False,
     options: CaseOptions = CaseOptions(),
+    keeping: Keeping = Keeping(),
 ) -> None:
     """Monte-Carlo: distributions of flutter speed, onset of limit cycles and their amplitude.
 
@@ -92,9 +70,8 @@ def sweep(
     from aeroflutter.maps.sampling import sample as draw
     from aeroflutter.maps.sweep import SweepOptions, SweepStudy, gather
 
-    target = Target(out, resume, overwrite)
-    output = Output(json=json, out=target.netcdf, plot=plot)
-    target.check()
+    keeping.check()
+    output = Output(json=json, out=keeping.netcdf, plot=plot)
     output.check()
     loaded = options.load(case)
     distributions = parse_varied(vary)
@@ -108,16 +85,14 @@ def sweep(
         SweepOptions(onset=onset),
         {"seed": seed, "design": design, "vary": written},
     )
-    if workers is None and scheduler is None and sample <= SMALL:
-        workers = 0
-    executor = choose_executor(workers, scheduler, small=False)
+    executor = keeping.executor(alone=sample <= SMALL)
     begin = time.monotonic()
-    with opened(study, target, loaded) as results:
+    with keeping.opened(study, loaded) as results:
         compute(study, results, executor, "sections")
         found = gather(study, results)
     wall = time.monotonic() - begin
     output.deliver(
-        _payload(loaded, study, found, wall, target.store),
+        _payload(loaded, study, found, wall, keeping.store),
         text=lambda: _print(loaded, found, wall),
         dataset=lambda: _dataset(loaded, study, found),
         figure=lambda: _figure(loaded, found),

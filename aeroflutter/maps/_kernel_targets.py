@@ -8,8 +8,9 @@ import numpy as np
 from numba import njit
 
 from aeroflutter.maps._kernel_paths import MOST_PATHS
+from aeroflutter.timemarch._kernel_dense import contraction
 from aeroflutter.timemarch._kernel_exact import HIGH, RISING, STICK, Index, Law, variable
-from aeroflutter.timemarch._kernel_exact_cycle import Cycles, contraction
+from aeroflutter.timemarch._kernel_exact_cycle import Cycles
 from aeroflutter.timemarch._kernel_exact_march import (
     EVENT_COLUMNS,
     EVENTS,

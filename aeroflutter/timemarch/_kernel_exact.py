@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from aeroflutter.timemarch._kernel_exact_roots import (
     NEVER,
     ROWS,
+    Y_POWER,
     Y,
     extent,
     first_beyond,
     first_turn,
+    heading,
     monotone,
 )
-from aeroflutter.timemarch._kernel_exact_tables import WIDTH, Array
+from aeroflutter.timemarch._kernel_exact_tables import WIDTH, Array, Tables
 
 Index = NDArray[np.int64]
 
@@ -239,6 +241,48 @@ def event(w: Array, low: float, high: float, direction: int, tolerance: float) -
         if place < at:
             at, kind = place, REVERSAL
     return at, (kind if at <= 1.0 else NONE)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def step_end(
+    tables: Tables,
+    law: Law,
+    p: int,
+    xs: Array,
+    now: int,
+    w: Array,
+    bounds: tuple[float, float, int],
+    trend: int,
+) -> tuple[float, int, bool, int]:
+    """Where a step ends at the latest, if it is to end at every event and every extremum of y.
+
+    Parameters
+    ----------
+    w
+        y over the step in row Y.
+    bounds
+        The window of the mode: low, high, direction.
+    trend
+        Sign of y', or 0 if it is not known yet.
+
+    Returns
+    -------
+    s, kind, turns, trend
+        Place in [0, 1], event there, whether y turns there, sign of y' on the way.
+    """
+    low, high, direction = bounds
+    if trend != 0 and clear(w, low, high, direction) and monotone(w, trend, 0.0):
+        return 1.0, NONE, False, trend
+    combine(tables.power, p, xs, now, w, Y_POWER)
+    tolerance = round_off(tables.noise, xs, now, law.size)
+    s, kind = event(w, low, high, direction, tolerance)
+    if trend == 0:
+        trend = heading(w, 2.0 * tolerance)
+    at = first_turn(w, trend, 0.0, 2.0 * tolerance) if trend != 0 else NEVER
+    turns = at <= min(s, 1.0)
+    if at < s:
+        s, kind = at, NONE
+    return min(s, 1.0), kind, turns, trend
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -22,14 +22,12 @@ from aeroflutter.timemarch._kernel_exact import (
     Law,
     Work,
     apply,
-    clear,
     combine,
-    event,
     flow_matrix,
     memory_at,
     output,
-    round_off,
     start,
+    step_end,
     switch,
     variable,
     window,
@@ -71,12 +69,7 @@ from aeroflutter.timemarch._kernel_exact_proofs import (
     rest_of,
 )
 from aeroflutter.timemarch._kernel_exact_roots import (
-    NEVER,
-    Y_POWER,
     Y,
-    first_turn,
-    heading,
-    monotone,
 )
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array, Tables
 
@@ -210,18 +203,7 @@ def to_turn(
             return state, OVERFLOWED, now, t, h, mode, trend
         for i in range(n):
             growing[i] = max(growing[i], abs(xs[now, i]))
-        s, kind, turns = 1.0, NONE, False
-        if trend == 0 or not (clear(w, low, high, direction) and monotone(w, trend, 0.0)):
-            combine(tables.power, p, xs, now, w, Y_POWER)
-            tolerance = round_off(tables.noise, xs, now, law.size)
-            s, kind = event(w, low, high, direction, tolerance)
-            if trend == 0:
-                trend = heading(w, 2.0 * tolerance)
-            at = first_turn(w, trend, 0.0, 2.0 * tolerance) if trend != 0 else NEVER
-            turns = at <= min(s, 1.0)
-            if at < s:
-                s, kind = at, NONE
-            s = min(s, 1.0)
+        s, kind, turns, trend = step_end(tables, law, p, xs, now, w, (low, high, direction), trend)
         if s == 1.0:
             apply(tables.full, p, xs, now)
         else:

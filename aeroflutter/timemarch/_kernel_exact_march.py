@@ -27,17 +27,14 @@ from aeroflutter.timemarch._kernel_exact import (
     output,
     round_off,
     start,
+    step_end,
     switch,
     window,
     workspace,
 )
 from aeroflutter.timemarch._kernel_exact_roots import (
-    NEVER,
     Y_POWER,
     Y,
-    first_turn,
-    heading,
-    monotone,
 )
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, WIDTH, Array, Tables
 
@@ -130,19 +127,14 @@ def march(
             status = OVERFLOW
             break
         step = tables.step[p]
-        s, kind, turns_here = 1.0, NONE, False
-        trend = memo[TREND]
-        quiet = not turns_wanted or (trend != 0 and monotone(w, trend, 0.0))
-        if not (quiet and clear(w, low, high, direction)):
+        s, kind, turns_here, trend = 1.0, NONE, False, memo[TREND]
+        if turns_wanted:
+            s, kind, turns_here, trend = step_end(
+                tables, law, p, xs, now, w, (low, high, direction), trend
+            )
+        elif not clear(w, low, high, direction):
             combine(tables.power, p, xs, now, w, Y_POWER)
-            tolerance = round_off(tables.noise, xs, now, law.size)
-            s, kind = event(w, low, high, direction, tolerance)
-            if turns_wanted:
-                trend = heading(w, 2.0 * tolerance) if trend == 0 else trend
-                at = first_turn(w, trend, 0.0, 2.0 * tolerance) if trend != 0 else NEVER
-                turns_here = at <= min(s, 1.0)
-                if at < s:
-                    s, kind = at, NONE
+            s, kind = event(w, low, high, direction, round_off(tables.noise, xs, now, law.size))
             s = min(s, 1.0)
         after = t + s * step
         if after > end:

@@ -56,7 +56,7 @@ class _Run:
         from scipy.integrate import DOP853
 
         self.system, self.spring, self.options, self.memory = system, spring, options, memory
-        self.moment = _scalar_law(spring)
+        self.moment = scalar_law(spring)
         self.row, self.direct = system.c @ system.A, float(system.c @ system.b)
         slopes = closed_slopes(spring, float(system.c @ state))
         shortest, longest = period_range(system, slopes)
@@ -160,7 +160,7 @@ class _Run:
         return self.watch.last(float(self.solver.t))
 
 
-def _scalar_law(spring: Spring) -> Callable[[float], float]:
+def scalar_law(spring: Spring) -> Callable[[float], float]:
     """The moment of one pitch, without the cost of arrays where the law is known."""
     if isinstance(spring, Cubic):
         beta1, beta3 = spring.beta1, spring.beta3

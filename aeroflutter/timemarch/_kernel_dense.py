@@ -1,0 +1,87 @@
+"""Compiled algebra of small dense matrices, as cycles and their stability need it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+RANK = 1e-9  # pivots below this part of the first one are a continuum of cycles
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def eliminate(J: Array, r: Array, step: Array) -> int:
+    """Solve J step = r by elimination with complete pivoting; returns the rank.
+
+    Directions without a pivot are left alone, so a member of a continuum of solutions is found
+    next to where the search stands.
+    """
+    m = r.size
+    order = np.arange(m)
+    rank = m
+    largest = 0.0
+    for k in range(m):
+        pivot, row, column = 0.0, k, k
+        for i in range(k, m):
+            for j in range(k, m):
+                if abs(J[i, j]) > pivot:
+                    pivot, row, column = abs(J[i, j]), i, j
+        largest = max(largest, pivot)
+        if pivot <= RANK * largest:
+            rank = k
+            break
+        for j in range(m):
+            J[k, j], J[row, j] = J[row, j], J[k, j]
+        r[k], r[row] = r[row], r[k]
+        for i in range(m):
+            J[i, k], J[i, column] = J[i, column], J[i, k]
+        order[k], order[column] = order[column], order[k]
+        for i in range(k + 1, m):
+            factor = J[i, k] / J[k, k]
+            for j in range(k, m):
+                J[i, j] -= factor * J[k, j]
+            r[i] -= factor * r[k]
+    step[:] = 0.0
+    for k in range(rank - 1, -1, -1):
+        total = r[k]
+        for j in range(k + 1, rank):
+            total -= J[k, j] * step[order[j]]
+        step[order[k]] = total / J[k, k]
+    return rank
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def contraction(Q: Array, radius: float, P: Array) -> float:
+    """Norm in which the linear map Q contracts: P with Qᵀ P Q <= ρ² P, for ρ between radius and 1.
+
+    Returns
+    -------
+    float
+        ρ. P = Σ (Q/ρ)ᵀᵏ (Q/ρ)ᵏ, summed by doubling.
+    """
+    rho = 0.5 * (1.0 + radius)
+    power = Q / rho
+    P[:] = np.eye(Q.shape[0])
+    for _ in range(40):
+        P += power.T @ P @ power
+        power = power @ power
+        if np.max(np.abs(power)) < 1e-12:
+            break
+    return rho
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def multipliers(jacobian: Array, memory: int) -> NDArray[np.complex128]:
+    """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed."""
+    n = jacobian.shape[0] - 1
+    m = n + 1 if memory else n
+    values = np.empty(m, dtype=np.complex128)
+    values[:] = np.linalg.eigvals(jacobian[:m, :m].astype(np.complex128))
+    trivial = 0
+    for k in range(1, m):
+        if abs(values[k] - 1.0) < abs(values[trivial] - 1.0):
+            trivial = k
+    values[trivial] = values[m - 1]
+    return values[: m - 1]
