@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import settings as budget
 from hypothesis import strategies as st
 from marching import event_march, growth, random_case
+from taylor import taylor_march
 
 from aeroflutter import (
     Bilinear,
@@ -59,22 +60,22 @@ def loop_of(run):
 # --- against an independent integration
 
 
-def disagreement(seed):
+def disagreement(seed, reference):
     """Error at 500 in units of each state's size, and the growth of a disturbance until then."""
     system, spring, start = random_case(np.random.default_rng([7, seed]))
     state, memory = start.start(system, spring)
     options = SimulateOptions(duration=500.0, decide=False, record=False)
     run = simulate(system, spring, start, options)
     _, size, growing = growth(system, spring, state, memory, 500.0)
-    expected, expected_memory = event_march(system, spring, state, memory, 500.0)
+    expected, expected_memory = reference(system, spring, state, memory, 500.0)
     error = float(np.abs((run.final_state - expected) / size).max())
     return max(error, abs(run.final_memory - expected_memory) / spring.scale), growing
 
 
-def check_random_cases(seeds):
+def check_random_cases(seeds, reference):
     grown = []
     for seed in seeds:
-        error, growing = disagreement(seed)
+        error, growing = disagreement(seed, reference)
         assert error < 1e-8 * growing, seed
         grown.append(growing)
     # The bound says something: chaos, where no two integrations can agree, is the exception.
@@ -82,12 +83,18 @@ def check_random_cases(seeds):
 
 
 def test_random_cases_against_dop853():
-    check_random_cases(range(12))
+    check_random_cases(range(12), event_march)
 
 
 @pytest.mark.slow
 def test_two_hundred_random_cases_against_dop853():
-    check_random_cases(range(200))
+    check_random_cases(range(200), event_march)
+
+
+@pytest.mark.slow
+def test_two_hundred_random_cases_against_heyoka():
+    pytest.importorskip("heyoka", reason="in the extra `reference`: `make reference`")
+    check_random_cases(range(200), taylor_march)
 
 
 def test_a_linear_spring_is_the_matrix_exponential():
