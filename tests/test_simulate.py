@@ -18,7 +18,7 @@ from aeroflutter import (
 from aeroflutter.dataset_timemarch import to_dataset
 from aeroflutter.plots.timemarch import FIGURES, plot_response, plot_sweeps
 from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch._kernel_settle import repeats, turning_points
+from aeroflutter.timemarch._kernel_settle import repeats, survey
 from aeroflutter.timemarch.response import STATES, Initial, Response, SimulateOptions, simulate
 from aeroflutter.timemarch.settling import rest_pitch
 from aeroflutter.timemarch.spectra import poincare_section, power_spectrum
@@ -90,8 +90,8 @@ def test_turning_points_of_a_sine_lie_between_the_samples():
     for dt in spacings:
         y = np.sin(np.arange(0.0, 40.0, dt))
         times, values = np.empty(y.size), np.empty(y.size)
-        count = turning_points(y, 0.0, dt, 1e-14, times, values)
-        assert count == 13
+        samples, count, low, high = survey(y, 0.0, dt, 1e-14, 2.0, times, values)
+        assert (samples, count, low, high) == (y.size - 2, 13, y[2:].min(), y[2:].max())
         np.testing.assert_allclose(times[:count], np.pi * (np.arange(13) + 0.5), atol=dt**2)
         errors.append(np.abs(np.abs(values[:count]) - 1.0).max())
     assert np.polyfit(np.log(spacings), np.log(errors), 1)[0] == pytest.approx(4.0, abs=0.3)

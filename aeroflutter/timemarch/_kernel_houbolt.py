@@ -110,6 +110,7 @@ def free_displacement(step: Recurrence, i: int, k: int, Q: Array, L: Array, J: A
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def march(
     steps: int,
+    last: int,
     step: Recurrence,
     kind: int,
     law: Array,
@@ -119,12 +120,14 @@ def march(
     Y: Array,
     H: Array,
 ) -> int:
-    """Take `steps` steps along buffers whose first three rows hold the history.
+    """Take `steps` steps along buffers, on from the history in the rows `last` to `last` + 2.
 
     Parameters
     ----------
     steps
         Number of steps N.
+    last
+        Number of steps that the buffers hold: the last three rows move to the front.
     step
         The recurrence.
     kind, law
@@ -142,6 +145,12 @@ def march(
     """
     d = len(step.c)
     n = len(step.j_j)
+    for i in range(3):
+        L[i], Y[i], H[i] = L[last + i], Y[last + i], H[last + i]
+    for i in range(3 * d):
+        Q[i] = Q[d * last + i]
+    for i in range(3 * n):
+        J[i] = J[n * last + i]
     last_switch = 0
     slope, offset = tangent(kind, law, H[1], 2.0 * Y[1] - Y[0])
     for k in range(steps):

@@ -8,67 +8,87 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+PHASES = 512  # of a cycle at which it is interpolated
+
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def turning_points(
-    y: Array, start: float, dt: float, floor: float, times: Array, values: Array
-) -> int:
-    """Turning points of uniform samples, each on the parabola through its three samples.
+def survey(
+    y: Array, start: float, dt: float, floor: float, bound: float, times: Array, values: Array
+) -> tuple[int, int, float, float]:
+    """Turning points and extremes of uniform samples, up to the first sample beyond a bound.
+
+    Each turning point is that of the parabola through three samples.
 
     Parameters
     ----------
     y
-        Samples (m,); the points lie strictly between the first and the last.
+        Samples (m,), the first two of which belong to the window before.
     start, dt
         Time of the first sample and spacing.
     floor
         Steps smaller than this are round-off, not motion.
+    bound
+        Largest |y| allowed.
     times, values
-        Filled with the points found, (m,) each.
+        Filled with the turning points, which lie between the first sample and the last, (m,) each.
 
     Returns
     -------
-    int
-        How many.
+    count, turns, low, high
+        Samples after the first two up to one beyond the bound, that one included; turning points;
+        smallest and largest of the samples within the bound.
     """
-    count = 0
-    for i in range(1, y.size - 1):
-        before = y[i] - y[i - 1]
-        after = y[i + 1] - y[i]
-        if (before > 0.0 and after <= 0.0) or (before < 0.0 and after >= 0.0):
+    turns, low, high = 0, np.inf, -np.inf
+    before = y[1] - y[0]
+    for i in range(2, y.size):
+        after = y[i] - y[i - 1]
+        if before * after <= 0.0 and before != 0.0 and abs(after - before) > floor:
             bend = after - before
-            if abs(bend) <= floor:
-                continue
             slope = 0.5 * (after + before)
-            times[count] = start + dt * (i - slope / bend)
-            values[count] = y[i] - 0.5 * slope * (slope / bend)
-            count += 1
-    return count
+            times[turns] = start + dt * (i - 1 - slope / bend)
+            values[turns] = y[i - 1] - 0.5 * slope * (slope / bend)
+            turns += 1
+        if not abs(y[i]) <= bound:
+            return i - 1, turns, low, high
+        low = y[i] if y[i] < low else low
+        high = y[i] if y[i] > high else high
+        before = after
+    return y.size - 2, turns, low, high
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def extent(y: Array, bound: float) -> tuple[int, float, float]:
-    """Samples up to the first beyond a bound, that one included, and their extremes.
+def fundamental(y: Array, period: float) -> float:
+    """Amplitude of the fundamental of the last period of uniform samples.
 
     Parameters
     ----------
     y
-        Samples (m,).
-    bound
-        Largest |y| allowed.
+        Samples (m,), interpolated by cubics.
+    period
+        In samples.
 
     Returns
     -------
-    count, low, high
-        m samples if none is beyond, and the smallest and largest of those within.
+    float
+        NaN if the samples do not cover a period.
     """
-    low, high = np.inf, -np.inf
-    for i in range(y.size):
-        if not abs(y[i]) <= bound:
-            return i + 1, low, high
-        low = min(low, y[i])
-        high = max(high, y[i])
-    return y.size, low, high
+    last = y.size - 3
+    if not last - period >= 1.0:
+        return np.nan
+    total = 0.0j
+    for k in range(PHASES):
+        at = last - period * k / PHASES
+        i = int(at)
+        f = at - i
+        value = (
+            -f * (f - 1.0) * (f - 2.0) / 6.0 * y[i - 1]
+            + (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0 * y[i]
+            - (f + 1.0) * f * (f - 2.0) / 2.0 * y[i + 1]
+            + (f + 1.0) * f * (f - 1.0) / 6.0 * y[i + 2]
+        )
+        angle = 2.0 * np.pi * k / PHASES
+        total += value * complex(np.cos(angle), np.sin(angle))
+    return 2.0 * abs(total) / PHASES
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -19,7 +19,7 @@ from aeroflutter.generated.houbolt import VELOCITY, start_values
 from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear
 from aeroflutter.timemarch._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
 from aeroflutter.timemarch._kernel_houbolt import march as march_kernel
-from aeroflutter.timemarch._kernel_settle import extent, turning_points
+from aeroflutter.timemarch._kernel_settle import survey
 from aeroflutter.timemarch.houbolt_scheme import Scheme
 from aeroflutter.timemarch.response import MOST_SAMPLES, Response, traces
 from aeroflutter.timemarch.settling import OVERFLOW, Verdict, Watch, closed_slopes, period_range
@@ -145,7 +145,7 @@ class _Buffers:
         n = form.lag_rate.size
         J = np.zeros((3, len(scheme.step.j_j)))
         J[1, :n] = form.duhamel(state)
-        J[2] = J[1] * scheme.step.j_j + np.reshape(scheme.step.j_l, (-1, 4)) @ [before, *lam]
+        J[2] = scheme.decay * J[1] + scheme.weights @ (before, *lam)
         Y = q @ form.c
         H = np.array([memory, memory, advance(*law, memory, Y[2])])
         states = np.array([state, form.state(q[2], v[2], J[2, :n])])
@@ -153,15 +153,16 @@ class _Buffers:
 
     def grown(self, steps: int) -> _Buffers:
         """The same history with room for so many steps."""
-        parts = (self.Q, self.L, self.J, self.Y, self.H)
         return _Buffers(
-            *(np.concatenate((part, np.zeros((steps, *part.shape[1:])))) for part in parts)
+            *(_longer(part, steps) for part in (self.Q, self.L, self.J, self.Y, self.H))
         )
 
-    def carry(self, steps: int) -> None:
-        """Make the last three rows of a window the history of the next."""
-        for part in (self.Q, self.L, self.J, self.Y, self.H):
-            part[:3] = part[steps : steps + 3].copy()
+
+def _longer(part: Array, steps: int) -> Array:
+    """The three rows of a history, with room for so many more behind them."""
+    room = np.empty((3 + steps, *part.shape[1:]))
+    room[:3] = part
+    return room
 
 
 class _Run:
@@ -185,6 +186,7 @@ class _Run:
         self.buffers = start.grown(self.window)
         self.turns = np.empty(self.window + 2), np.empty(self.window + 2)
         self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
+        self.floor = 1e-14 * self.watch.size
         self.verdict: Verdict | None = None
         self.done = 1  # the start-up reaches +Δτ
         self.stride = 1 + self.total // MOST_SAMPLES
@@ -196,10 +198,10 @@ class _Run:
         """March until the end state is certain or the time is up."""
         while self.done < self.total and not (self.verdict and self.options.decide):
             part = self.buffers
-            part.carry(self.last)
             steps = min(self.window, self.total - self.done)
             switch = march_kernel(
                 steps,
+                self.last,
                 self.scheme.step,
                 *self.law,
                 part.Q.reshape(-1),
@@ -208,31 +210,34 @@ class _Run:
                 part.Y,
                 part.H,
             )
-            pitch = part.Y[3 : steps + 3]
-            bound = self.watch.bound
-            fine, low, high = extent(pitch, bound)
-            reached = pitch[fine - 1]
-            left = not abs(reached) <= bound
+            fine, turns, low, high = survey(
+                part.Y[1 : steps + 3],
+                (self.done - 1) * self.options.dt,
+                self.options.dt,
+                self.floor,
+                self.watch.bound,
+                *self.turns,
+            )
+            reached = part.Y[fine + 2]
+            left = not abs(reached) <= self.watch.bound
             fine -= not abs(reached) < OVERFLOW  # a step that has overflowed is not kept
             self.done += fine
             self._keep(fine)
             if left:
                 self.verdict = self.watch.diverged(reached)
                 return
-            self.verdict = self._judge(fine, low, high, switch)
+            verdict = self._judge(turns, low, high, switch < steps // 2)
+            self.verdict = self.verdict or verdict  # what is decided stays so
             if self.options.progress:
                 self.options.progress(self.done / self.total)
 
-    def _judge(self, steps: int, low: float, high: float, switch: int) -> Verdict | None:
-        """Show the window to the watch; what is decided stays so."""
+    def _judge(self, turns: int, low: float, high: float, quiet: bool) -> Verdict | None:
+        """Show the window to the watch; `quiet` if the spring has not switched for a while."""
         times, values = self.turns
-        dt, floor = self.options.dt, 1e-14 * self.watch.size
-        first = (self.done - steps - 1) * dt
-        count = turning_points(self.buffers.Y[1 : steps + 3], first, dt, floor, times, values)
-        verdict = self.watch.add(times[:count].copy(), values[:count].copy(), low, high)
-        if verdict is None and switch < steps // 2:
+        verdict = self.watch.add(times[:turns].copy(), values[:turns].copy(), low, high)
+        if verdict is None and quiet:
             verdict = self.watch.trapped(*self._end())
-        return self.verdict or verdict
+        return verdict
 
     def _states(self, first: int, last: int) -> Array:
         """States after the steps `first` to `last` of the window, shape (last - first, n)."""
@@ -259,6 +264,13 @@ class _Run:
             return self.kept[-1][1][-1], float(self.kept[-1][2][-1])
         return self._states(self.last - 1, self.last)[0], float(self.buffers.H[self.last + 2])
 
+    def _last(self, count: int) -> Array:
+        """The last so many samples of pitch, or as many as are kept."""
+        parts: list[Array] = []
+        while self.tail and sum(part.size for part in parts) < count:
+            parts.insert(0, self.tail.pop())
+        return np.concatenate(parts)[-count:]
+
     def response(self) -> Response:
         """The result, once the march is over."""
         dt = self.options.dt
@@ -275,6 +287,6 @@ class _Run:
             final_state=final_state,
             final_memory=final_memory,
             extras={"dt": dt, "loops": verdict.loops},
-            **self.watch.measures(verdict, np.concatenate(self.tail), dt),
+            **self.watch.measures(verdict, self._last, dt),
             **traces(self.system, self.spring, dt * index[record], states[record], memory[record]),
         )

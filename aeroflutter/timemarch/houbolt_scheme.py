@@ -32,12 +32,16 @@ class Scheme:
         The second-order form of the system.
     dt
         Step Δτ.
+    decay, weights
+        New Duhamel integrals from themselves (n,) and from four λ, oldest first (n, 4).
     step
         The recurrence for the compiled loop.
     """
 
     form: SecondOrder
     dt: float
+    decay: Array
+    weights: Array
     step: Recurrence
 
     @classmethod
@@ -64,8 +68,9 @@ class Scheme:
         gain[:, : form.lag_rate.size] = form.lag_gain
         rate[: form.lag_rate.size] = form.lag_rate
         decay = np.exp(-rate * dt)
-        weights = dt * DUHAMEL[:3] * decay[:, None] ** np.array([3, 2, 1])
+        old = dt * DUHAMEL[:3] * decay[:, None] ** np.array([3, 2, 1])
         newest = dt * DUHAMEL[3]
+        weights = np.column_stack((old, np.full(n, newest)))
 
         eye = np.eye(d)
         v_old = np.kron(VELOCITY[:3] / dt, eye)
@@ -84,15 +89,17 @@ class Scheme:
         return cls(
             form=form,
             dt=dt,
+            decay=decay,
+            weights=weights,
             step=Recurrence(
                 q_q=_row(answer @ (form.damping @ v_old - a_old - np.outer(total, l_old))),
-                q_l=_row(-answer @ gain @ weights),
+                q_l=_row(-answer @ gain @ old),
                 q_j=_row(-answer @ (gain * decay)),
                 q_f=_row(q_f),
                 l_new=_row(l_new),
                 l_old=_row(l_old),
                 j_j=_row(decay),
-                j_l=_row(np.column_stack((weights, np.full(n, newest)))),
+                j_l=_row(weights),
                 c=_row(form.c),
                 y_f=float(-form.c @ q_f),
                 frozen=frozen,
@@ -114,10 +121,9 @@ class Scheme:
         T[3 * d, 3 * d + 1] = T[3 * d + 1, 3 * d + 2] = 1.0
         T[3 * d + 2] = np.array(step.l_new) @ T[2 * d : 3 * d]
         T[3 * d + 2, : 3 * d] += step.l_old
-        weights = np.reshape(step.j_l, (n, 4))
-        T[3 * d + 3 :] = np.outer(weights[:, 3], T[3 * d + 2])
-        T[3 * d + 3 :, 3 * d : 3 * d + 3] += weights[:, :3]
-        T[3 * d + 3 :, 3 * d + 3 :] += np.diag(step.j_j)
+        T[3 * d + 3 :] = np.outer(self.weights[:, 3], T[3 * d + 2])
+        T[3 * d + 3 :, 3 * d : 3 * d + 3] += self.weights[:, :3]
+        T[3 * d + 3 :, 3 * d + 3 :] += np.diag(self.decay)
         return T
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,19 +101,33 @@ class SecondOrder:
             c=c[positions],
         )
 
+    @cached_property
+    def to_duhamel(self) -> Array:
+        """J from a state, shape (n, n_states)."""
+        out = np.zeros((self.lags.size, self.positions.size + self.rates.size + self.lags.size))
+        out[:, self.positions] = self.d0
+        out[:, self.rates] = self.d1
+        out[np.arange(self.lags.size), self.lags] = -self.lag_rate
+        return out
+
+    @cached_property
+    def to_state(self) -> Array:
+        """A state from (q, q', J), shape (n_states, n_states)."""
+        d, n = self.positions.size, self.lags.size
+        out = np.zeros((2 * d + n, 2 * d + n))
+        out[self.positions, np.arange(d)] = 1.0
+        out[self.rates, d + np.arange(d)] = 1.0
+        out[self.lags, : 2 * d] = np.concatenate((self.d0, self.d1)) / self.lag_rate[:, None]
+        out[self.lags, 2 * d + np.arange(n)] = -1.0 / self.lag_rate
+        return out
+
     def duhamel(self, state: Array) -> Array:
         """J (…, n) of states (…, n_states)."""
-        w = state[..., self.positions] @ self.d0 + state[..., self.rates] @ self.d1
-        return np.asarray(w[..., None] - self.lag_rate * state[..., self.lags])
+        return np.asarray(state @ self.to_duhamel.T)
 
     def state(self, q: Array, v: Array, J: Array) -> Array:
         """States (…, n_states) from displacements, rates (…, d) and J (…, n)."""
-        full = np.empty((*q.shape[:-1], self.positions.size + self.rates.size + self.lags.size))
-        full[..., self.positions] = q
-        full[..., self.rates] = v
-        w = q @ self.d0 + v @ self.d1
-        full[..., self.lags] = (w[..., None] - J) / self.lag_rate
-        return full
+        return np.asarray(np.concatenate((q, v, J), axis=-1) @ self.to_state.T)
 
 
 def _chains(A: Array, b: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aeroflutter.springs import Hysteresis, PiecewiseLinear
-from aeroflutter.timemarch._kernel_settle import mismatch, repeats
+from aeroflutter.timemarch._kernel_settle import fundamental, mismatch, repeats
 from aeroflutter.timemarch.response import SimulateOptions, State
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any
 
     from numpy.typing import NDArray
@@ -129,15 +130,15 @@ class Watch:
             return None
         return Verdict("damped", "the motion decays on one branch of the spring for good")
 
-    def measures(self, verdict: Verdict, pitch: Array, dt: float) -> dict[str, Any]:
+    def measures(self, verdict: Verdict, last: Callable[[int], Array], dt: float) -> dict[str, Any]:
         """Amplitude, bias, period, first harmonic and rest of a Response.
 
         Parameters
         ----------
         verdict
             The end state.
-        pitch, dt
-            Uniform samples of the last part of the motion, up to the end, and their spacing.
+        last, dt
+            The last so many uniform samples of pitch, or as many as are kept; their spacing.
         """
         if verdict.state == "divergent":
             return {}
@@ -148,7 +149,9 @@ class Watch:
             return {"amplitude": 0.0, "bias": rest, "rest": rest}
         if verdict.state != "lco" or self.values.size < 2 * verdict.loops + 1:
             return {"amplitude": 0.5 * (high - low), "bias": middle}
-        return cycle_measures(self.times, self.values, verdict.loops, pitch, dt)
+        found = cycle_measures(self.times, self.values, verdict.loops)
+        period = found["period"] / dt
+        return found | {"first_harmonic": fundamental(last(int(period) + 5), period)}
 
     def diverged(self, reached: float) -> Verdict:
         """The verdict on a motion that has left its bound."""
@@ -233,10 +236,8 @@ def period_range(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, 
     return float(2 * np.pi / frequencies.max()), float(2 * np.pi / frequencies.min())
 
 
-def cycle_measures(
-    times: Array, values: Array, loops: int, pitch: Array, dt: float
-) -> dict[str, float]:
-    """Amplitude, bias, period and first harmonic of a steady motion.
+def cycle_measures(times: Array, values: Array, loops: int) -> dict[str, float]:
+    """Amplitude, bias and period of a steady motion.
 
     Parameters
     ----------
@@ -244,8 +245,6 @@ def cycle_measures(
         Turning points, the newest last.
     loops
         Oscillations a period.
-    pitch, dt
-        Uniform samples up to the end, and their spacing.
     """
     lag = 2 * loops
     count = max(1, min(8, (values.size - 1) // lag))
@@ -256,25 +255,7 @@ def cycle_measures(
         "amplitude": float(high - low) / 2,
         "bias": float(high + low) / 2,
         "period": float(period),
-        "first_harmonic": _fundamental(pitch, period / dt),
     }
-
-
-def _fundamental(pitch: Array, period: float) -> float:
-    """Amplitude of the fundamental of the last `period` (in samples), by cubic interpolation."""
-    phase = np.arange(512) / 512
-    at = pitch.size - 3 - period * phase
-    if at[-1] < 1:
-        return float("nan")
-    i = at.astype(int)
-    f = at - i
-    cycle = (
-        -f * (f - 1) * (f - 2) / 6 * pitch[i - 1]
-        + (f + 1) * (f - 1) * (f - 2) / 2 * pitch[i]
-        - (f + 1) * f * (f - 2) / 2 * pitch[i + 1]
-        + (f + 1) * f * (f - 1) / 6 * pitch[i + 2]
-    )
-    return float(2.0 * abs(np.mean(cycle * np.exp(2j * np.pi * phase))))
 
 
 def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) -> float:

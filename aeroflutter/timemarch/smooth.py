@@ -27,7 +27,6 @@ RTOL = 1e-11
 STEPS_A_PERIOD = 4  # at least so many, so that no turning point hides within a step
 RECURRENCE = 1e-5
 DRIFT = 1e-7
-TAIL = 400_000
 
 
 def march(
@@ -144,7 +143,7 @@ class _Run:
             final_state=self.solver.y.copy(),
             final_memory=self.memory,
             extras={"loops": verdict.loops, "rtol": RTOL},
-            **self.watch.measures(verdict, states[-TAIL:] @ self.system.c, dt),
+            **self.watch.measures(verdict, lambda n: states[-n:] @ self.system.c, dt),
             **traces(
                 self.system,
                 self.spring,
