@@ -18,9 +18,8 @@ from aeroflutter.timemarch._kernel_exact import (
     STICK,
     ZENO,
     Law,
-    apply,
+    advance,
     combine,
-    flow_matrix,
     memory_at,
     output,
     start,
@@ -30,9 +29,7 @@ from aeroflutter.timemarch._kernel_exact import (
     workspace,
 )
 from aeroflutter.timemarch._kernel_exact_ends import PATIENCE
-from aeroflutter.timemarch._kernel_exact_roots import (
-    Y,
-)
+from aeroflutter.timemarch._kernel_exact_roots import Y
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array, Tables
 
 DONE, OVERFLOW, STUCK, QUIET = 0, 1, 2, 3  # QUIET: no maximum of y within PATIENCE steps
@@ -137,7 +134,7 @@ def returns(
     """
     n, columns = x.size, tangents.shape[1]
     work = workspace(n)
-    xs, w, M, c = work.xs, work.polynomials, work.M, tables.c
+    xs, w, line, M, c = work.xs, work.polynomials, work.line, work.M, tables.c
     scratch = np.empty((n, columns))
     none = np.zeros(columns)
     total = np.zeros(columns)
@@ -152,19 +149,19 @@ def returns(
     while count < points.shape[0]:
         steps += 1
         xs[now, n] = u
-        combine(tables.bernstein, p, xs, now, w, Y)
+        combine(tables.lines, p, xs, now, line)
         if not abs(w[Y, DEGREE]) < HUGE:
             status = OVERFLOW
             break
-        s, kind, turns, trend = step_end(tables, law, p, xs, now, w, (low, high, direction), trend)
+        s, kind, turns, trend = step_end(
+            tables.noise, law.size, xs, now, w, (low, high, direction), trend
+        )
         du = tangents[n] if law.memory == 1 and mode == STICK else none
+        advance(tables.flow, p, s, xs, now, line, M, n)
         if s == 1.0:
             carry(tables.full, p, tangents, du, scratch)
-            apply(tables.full, p, xs, now)
         else:
-            flow_matrix(tables.flow, p, s, M)
             carry(M, 0, tangents, du, scratch)
-            apply(M, 0, xs, now)
         now = 1 - now
         for i in range(n):
             reach[i] = max(reach[i], abs(xs[now, i]))

@@ -37,12 +37,11 @@ from aeroflutter.timemarch._kernel_exact import (
     RISING,
     STICK,
     Index,
-    apply,
+    advance,
     clear,
     clip,
     combine,
     event,
-    flow_matrix,
     round_off,
     variable,
     workspace,
@@ -66,7 +65,7 @@ from aeroflutter.timemarch._kernel_exact_proofs import (
     MARGIN,
     TRAPPED,
 )
-from aeroflutter.timemarch._kernel_exact_roots import Y_POWER, Y
+from aeroflutter.timemarch._kernel_exact_roots import Y
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array
 
 OVER, JOINED, CAUGHT, OPEN = 0, 1, 2, 3  # what following a cell came to
@@ -85,10 +84,10 @@ PATIENCE = 24  # returns near a known cycle that do not go to it
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def follow(
-    bernstein: Array, power: Array, full: Array, flows: Array, steps: Array, noise: Array,
+    lines: Array, flows: Array, steps: Array, noise: Array,
     generator: Array, c: Array, memory: int, edges: Array, table: Index, offsets: Array,
     loop: Array, law_size: float, decays: Index, rows: Array, heads: Index, centre: Array,
-    rests: Array, free: Array, xs: Array, w: Array, M: Array, h: float, points: Array,
+    rests: Array, free: Array, xs: Array, w: Array, line: Array, M: Array, h: float, points: Array,
     rates: Array, smooth: Index, sizes: Array, length: Index, count: int, at_cycle: Array,
     cycle_size: Array, cycle_Q: Array, cycle_P: Array, rho: Array, lags: Index, cycles: int,
     hints: Index, far: Array, agreed: Index, scratch: Array, time: float,
@@ -97,7 +96,7 @@ def follow(
 
     Parameters
     ----------
-    bernstein … table, offsets, loop
+    lines … table, offsets, loop
         The tables and the law of the system, see `timemarch`.
     decays … free
         Proofs that a motion stays on its piece.
@@ -175,19 +174,14 @@ def follow(
                 bound += np.sqrt(group)
                 if bound * MARGIN < room:
                     return OVER, -1, now, h, t, rest, k
-        combine(bernstein, p, xs, now, w, Y)
+        combine(lines, p, xs, now, line)
         if not abs(w[Y, DEGREE]) < HUGE:
             break
         s, kind = 1.0, NONE
         if not clear(w, low, high, direction):
-            combine(power, p, xs, now, w, Y_POWER)
             s, kind = event(w, low, high, direction, round_off(noise, xs, now, law_size))
             s = min(s, 1.0)
-        if s == 1.0:
-            apply(full, p, xs, now)
-        else:
-            flow_matrix(flows, p, s, M)
-            apply(M, 0, xs, now)
+        advance(flows, p, s, xs, now, line, M, n)
         now = 1 - now
         t += s * steps[p]
         if t > time:
@@ -305,7 +299,7 @@ def decide_column(
     paths, targets = no_paths(n), no_targets(n)
     scratch = np.empty((5, n))
     work = workspace(n)
-    xs, w, M = work.xs, work.polynomials, work.M
+    xs, w, line, M = work.xs, work.polynomials, work.line, work.M
     hints = np.empty(MOST_PATHS, dtype=np.int64)
     agreed = np.empty(MOST_PATHS, dtype=np.int64)
     far = np.empty(MOST_PATHS)
@@ -317,10 +311,10 @@ def decide_column(
         if proofs.unstable == 0:
             xs[0, :n] = x
             end, q, now, h, t, rest, k = follow(
-                tables.bernstein, tables.power, tables.full, tables.flow, tables.step,
+                tables.lines, tables.flow, tables.step,
                 tables.noise, tables.generator, tables.c, law.memory, law.edges, law.table,
                 law.offsets, law.loop, law.size, proofs.decays, proofs.rows, proofs.heads,
-                proofs.centre, proofs.rest, proofs.free, xs, w, M, h, paths.points, paths.rates,
+                proofs.centre, proofs.rest, proofs.free, xs, w, line, M, h, paths.points, paths.rates,
                 paths.smooth, paths.sizes, paths.length, count, targets.point,
                 targets.size, targets.Q, targets.P, targets.rho, targets.lag, cycles, hints, far,
                 agreed, scratch, problem.time,

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from aeroflutter.timemarch._kernel_exact_roots import (
     NEVER,
     ROWS,
-    Y_POWER,
     Y,
     extent,
     first_beyond,
@@ -24,7 +23,7 @@ from aeroflutter.timemarch._kernel_exact_roots import (
     heading,
     monotone,
 )
-from aeroflutter.timemarch._kernel_exact_tables import WIDTH, Array, Tables
+from aeroflutter.timemarch._kernel_exact_tables import SPACE, Array, padded
 
 Index = NDArray[np.int64]
 
@@ -70,22 +69,27 @@ class Work(NamedTuple):
     Attributes
     ----------
     xs
-        (x, u) now and next, (2, n+1).
+        (x, u) now and next, (2, n+1), padded with zeros to the rows of `Tables.lines`.
     polynomials
-        See `_kernel_exact_roots`, (ROWS, WIDTH + 2).
+        See `_kernel_exact_roots`, (ROWS, SPACE), and more rows for the rest of the line.
+    line
+        The rows of y and all after them as one, which `combine` fills.
     M
         M(s), (1, n (n+1)).
     """
 
     xs: Array
     polynomials: Array
+    line: Array
     M: Array
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def workspace(n: int) -> Work:
     """Work space for n states."""
-    return Work(np.zeros((2, n + 1)), np.zeros((ROWS, WIDTH + 2)), np.empty((1, n * (n + 1))))
+    polynomials = np.zeros((ROWS + 1 + n // SPACE, SPACE))
+    line = polynomials[Y:].reshape(-1)[: 2 * SPACE + padded(n)]
+    return Work(np.zeros((2, padded(n + 1))), polynomials, line, np.empty((1, n * (n + 1))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -170,32 +174,23 @@ def moment(law: Law, mode: int, h: float, y: float) -> float:
     return law.slopes[mode] * y + law.offsets[mode]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def combine(table: Array, p: int, xs: Array, now: int, w: Array, row: int) -> None:
-    """Coefficients of y over a step from (x, u): the rows of piece p of a table (m, n+1, w)."""
-    for k in range(0, WIDTH, 8):
-        s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = 0.0
-        for j in range(table.shape[1]):
-            v = xs[now, j]
-            s0 += table[p, j, k] * v
-            s1 += table[p, j, k + 1] * v
-            s2 += table[p, j, k + 2] * v
-            s3 += table[p, j, k + 3] * v
-            s4 += table[p, j, k + 4] * v
-            s5 += table[p, j, k + 5] * v
-            s6 += table[p, j, k + 6] * v
-            s7 += table[p, j, k + 7] * v
-        w[row, k] = s0
-        w[row, k + 1] = s1
-        w[row, k + 2] = s2
-        w[row, k + 3] = s3
-        w[row, k + 4] = s4
-        w[row, k + 5] = s5
-        w[row, k + 6] = s6
-        w[row, k + 7] = s7
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def combine(lines: Array, p: int, xs: Array, now: int, line: Array) -> None:
+    """The line of a step from (x, u) on table p: y in both bases, and the state at the end."""
+    a, b, c, d = xs[now, 0], xs[now, 1], xs[now, 2], xs[now, 3]
+    for k in range(lines.shape[2]):
+        line[k] = (lines[p, 0, k] * a + lines[p, 1, k] * b) + (
+            lines[p, 2, k] * c + lines[p, 3, k] * d
+        )
+    for j in range(4, lines.shape[1], 4):  # four at a time, in loops that the compiler vectorises
+        a, b, c, d = xs[now, j], xs[now, j + 1], xs[now, j + 2], xs[now, j + 3]
+        for k in range(lines.shape[2]):
+            line[k] += (lines[p, j, k] * a + lines[p, j + 1, k] * b) + (
+                lines[p, j + 2, k] * c + lines[p, j + 3, k] * d
+            )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def round_off(noise: Array, xs: Array, now: int, size: float) -> float:
     """Bound of the round-off in y within a step: of the state alone, whatever the mode.
 
@@ -245,9 +240,8 @@ def event(w: Array, low: float, high: float, direction: int, tolerance: float) -
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def step_end(
-    tables: Tables,
-    law: Law,
-    p: int,
+    noise: Array,
+    size: float,
     xs: Array,
     now: int,
     w: Array,
@@ -258,8 +252,10 @@ def step_end(
 
     Parameters
     ----------
+    noise, size
+        Of the tables and the spring, for round-off.
     w
-        y over the step in row Y.
+        y over the step.
     bounds
         The window of the mode: low, high, direction.
     trend
@@ -273,8 +269,7 @@ def step_end(
     low, high, direction = bounds
     if trend != 0 and clear(w, low, high, direction) and monotone(w, trend, 0.0):
         return 1.0, NONE, False, trend
-    combine(tables.power, p, xs, now, w, Y_POWER)
-    tolerance = round_off(tables.noise, xs, now, law.size)
+    tolerance = round_off(noise, xs, now, size)
     s, kind = event(w, low, high, direction, tolerance)
     if trend == 0:
         trend = heading(w, 2.0 * tolerance)
@@ -285,7 +280,7 @@ def step_end(
     return min(s, 1.0), kind, turns, trend
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def clear(w: Array, low: float, high: float, direction: int) -> bool:
     """Whether the hull of y alone proves that a step has no event."""
     least, most = extent(w)
@@ -311,10 +306,9 @@ def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def apply(M: Array, p: int, xs: Array, now: int) -> None:
+def apply(M: Array, p: int, xs: Array, now: int, n: int) -> None:
     """The other row of `xs` ← M (x, u), for M (m, n (n+1)) flattened by rows."""
-    m = xs.shape[1]
-    n = m - 1
+    m = n + 1
     i = 0
     while i + 2 < n:  # three rows at a time hide the latency of the sums
         r0, r1, r2 = i * m, (i + 1) * m, (i + 2) * m
@@ -334,3 +328,22 @@ def apply(M: Array, p: int, xs: Array, now: int) -> None:
             s0 += M[p, i * m + j] * xs[now, j]
         xs[1 - now, i] = s0
         i += 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def advance(
+    flow: Array, p: int, s: float, xs: Array, now: int, line: Array, M: Array, n: int
+) -> None:
+    """The other row of `xs` ← the n states at place s of a step whose line is known.
+
+    Parameters
+    ----------
+    flow
+        Of the tables. Unless s is 1, M is filled with M(s).
+    """
+    if s == 1.0:
+        for i in range(n):
+            xs[1 - now, i] = line[2 * SPACE + i]
+    else:
+        flow_matrix(flow, p, s, M)
+        apply(M, 0, xs, now, n)

@@ -15,11 +15,19 @@ from aeroflutter.timemarch._kernel_dense import contraction, eliminate, multipli
 from aeroflutter.timemarch._kernel_exact import (
     DONE,
     FULL,
+    NONE,
     Index,
     Law,
+    advance,
+    combine,
+    event,
+    output,
+    round_off,
     start,
+    switch,
     variable,
     window,
+    workspace,
 )
 from aeroflutter.timemarch._kernel_exact_march import (
     EVENT_COLUMNS,
@@ -30,6 +38,7 @@ from aeroflutter.timemarch._kernel_exact_march import (
     march,
     rate,
 )
+from aeroflutter.timemarch._kernel_exact_roots import Y_POWER, evaluate
 from aeroflutter.timemarch._kernel_exact_tables import Array, Tables
 
 NEWTON_STEPS = 16
@@ -168,9 +177,10 @@ def close(
     first = period
     kept_period = period
     best = np.inf
+    derivative = np.empty_like(jacobian)
     for _ in range(NEWTON_STEPS):
         x[:] = z[:n]
-        status, h, _, _ = flow(tables, law, x, z[n], variable(-1), period, jacobian, none)
+        status, h, _, _ = flow(tables, law, x, z[n], variable(-1), period, derivative, none)
         if status != DONE:
             break
         mode, held = start_rate(tables, law, z, f)
@@ -190,13 +200,14 @@ def close(
             r[i] = (z[i] - ahead) / size[i]
             worst = max(worst, abs(r[i]))
             for j in range(n + 1):
-                J[i, j] = (jacobian[i, j] - (1.0 if i == j else 0.0)) * size[j] / size[i]
+                J[i, j] = (derivative[i, j] - (1.0 if i == j else 0.0)) * size[j] / size[i]
             J[i, n + 1] = f[i] * period / size[i]
         if not worst < 0.5 * best:
             break
         best = worst
         kept[:] = z
         kept_period = period
+        jacobian[:] = derivative
         eliminate(J, r, step)
         longest = 0.0
         for j in range(n + 1):
@@ -211,8 +222,6 @@ def close(
     z[:] = kept
     if not best < CLOSED:
         return False, first
-    x[:] = z[:n]
-    flow(tables, law, x, z[n], variable(-1), kept_period, jacobian, none)
     start_rate(tables, law, z, f)
     return True, kept_period
 
@@ -268,6 +277,50 @@ def extremes(
         memo[TURNS] = 0
         memo[EVENTS] = 0
     return least, most, maxima + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def fundamental(
+    tables: Tables, law: Law, z: Array, period: float, nodes: Array, weights: Array
+) -> float:
+    """Amplitude of the fundamental of y over the cycle through z.
+
+    y is analytic within a step, so Gauss's rule on each step is exact to round-off.
+
+    Parameters
+    ----------
+    nodes, weights
+        Gauss's rule on [0, 1], (k,) each.
+    """
+    n = tables.c.size
+    work = workspace(n)
+    xs, w, line, M = work.xs, work.polynomials, work.line, work.M
+    xs[0, :n] = z[:n]
+    mode, h = start(law, z[n], output(tables.c, xs, 0))
+    now, t, turn = 0, 0.0, 2.0 * np.pi / period
+    real, imaginary = 0.0, 0.0
+    while t < period:
+        p, u, low, high, direction = window(law, mode, h)
+        xs[now, n] = u
+        combine(tables.lines, p, xs, now, line)
+        tolerance = round_off(tables.noise, xs, now, law.size)
+        s, kind = event(w, low, high, direction, tolerance)
+        rest = (period - t) / tables.step[p]
+        if rest < s:
+            s, kind = rest, NONE
+        s = min(s, 1.0)
+        length = s * tables.step[p]
+        for k in range(nodes.size):
+            y = weights[k] * length * evaluate(w, Y_POWER, s * nodes[k])
+            angle = turn * (t + nodes[k] * length)
+            real += y * np.cos(angle)
+            imaginary += y * np.sin(angle)
+        advance(tables.flow, p, s, xs, now, line, M, n)
+        now = 1 - now
+        t = t + length if kind != NONE or s == 1.0 else period
+        if kind != NONE:
+            mode, h = switch(law, mode, h, output(tables.c, xs, now), kind)
+    return 2.0 * np.hypot(real, imaginary) / period
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

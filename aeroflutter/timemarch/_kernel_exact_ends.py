@@ -21,9 +21,8 @@ from aeroflutter.timemarch._kernel_exact import (
     Index,
     Law,
     Work,
-    apply,
+    advance,
     combine,
-    flow_matrix,
     memory_at,
     output,
     start,
@@ -43,6 +42,7 @@ from aeroflutter.timemarch._kernel_exact_cycle import (
     Cycles,
     attracted,
     find_cycle,
+    fundamental,
     keep,
     no_cycles,
     offset,
@@ -68,9 +68,7 @@ from aeroflutter.timemarch._kernel_exact_proofs import (
     certain,
     rest_of,
 )
-from aeroflutter.timemarch._kernel_exact_roots import (
-    Y,
-)
+from aeroflutter.timemarch._kernel_exact_roots import Y
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, Array, Tables
 
 # Columns of the numbers that `settle` reports.
@@ -157,7 +155,7 @@ def history(n: int, cycles: int) -> History:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def to_turn(
     problem: Problem,
     work: Work,
@@ -185,7 +183,7 @@ def to_turn(
         The state is `ONWARD` at an extremum; the trend is the one before it.
     """
     tables, law = problem.tables, problem.law
-    xs, w, M = work.xs, work.polynomials, work.M
+    xs, w, line, M = work.xs, work.polynomials, work.line, work.M
     n = tables.c.size
     zero_steps = 0
     p, u, low, high, direction = window(law, mode, h)
@@ -197,18 +195,16 @@ def to_turn(
                 state, reason = UNDECIDED, OUT_OF_TIME
             if state != ONWARD:
                 return state, reason, now, t, h, mode, trend
-        combine(tables.bernstein, p, xs, now, w, Y)
+        combine(tables.lines, p, xs, now, line)
         if not abs(w[Y, DEGREE]) < HUGE:
             state = DIVERGENT if problem.proofs.unstable else UNDECIDED
             return state, OVERFLOWED, now, t, h, mode, trend
         for i in range(n):
             growing[i] = max(growing[i], abs(xs[now, i]))
-        s, kind, turns, trend = step_end(tables, law, p, xs, now, w, (low, high, direction), trend)
-        if s == 1.0:
-            apply(tables.full, p, xs, now)
-        else:
-            flow_matrix(tables.flow, p, s, M)
-            apply(M, 0, xs, now)
+        s, kind, turns, trend = step_end(
+            tables.noise, law.size, xs, now, w, (low, high, direction), trend
+        )
+        advance(tables.flow, p, s, xs, now, line, M, n)
         now = 1 - now
         after = t + s * tables.step[p]
         zero_steps = zero_steps + 1 if after == t else 0
@@ -223,7 +219,7 @@ def to_turn(
     return UNDECIDED, NO_CYCLE, now, t, h, mode, trend
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def note(
     problem: Problem, past: History, k: int, xs: Array, now: int, h: float, t: float, trough: float
 ) -> float:
@@ -427,6 +423,27 @@ def settle(
     elif state != LCO and k >= 0:
         recent(past, k, numbers)
     return state, reason, memory_at(law, mode, h, output(c, xs, now)), mode
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def settle_one(
+    problem: Problem, x: Array, h: float, numbers: Array, nodes: Array, weights: Array
+) -> tuple[int, int, float, float, Cycles]:
+    """`settle` for a motion that knows of no cycles.
+
+    Returns
+    -------
+    state, reason, h, first_harmonic, own
+        The cycle found and the amplitude of its fundamental (NaN without one), by Gauss's rule.
+    """
+    tables, law = problem.tables, problem.law
+    n = tables.c.size
+    own = no_cycles(1, n)
+    state, reason, h, _ = settle(problem, no_cycles(0, n), variable(0), own, x, h, numbers)
+    first = np.nan
+    if state == LCO:
+        first = fundamental(tables, law, own.z[0], own.period[0], nodes, weights)
+    return state, reason, h, first, own
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -17,6 +17,7 @@ from aeroflutter.timemarch._kernel_exact import (
     ZENO,
     Index,
     Law,
+    advance,
     apply,
     clear,
     combine,
@@ -32,10 +33,7 @@ from aeroflutter.timemarch._kernel_exact import (
     window,
     workspace,
 )
-from aeroflutter.timemarch._kernel_exact_roots import (
-    Y_POWER,
-    Y,
-)
+from aeroflutter.timemarch._kernel_exact_roots import Y
 from aeroflutter.timemarch._kernel_exact_tables import DEGREE, WIDTH, Array, Tables
 
 EVENT_COLUMNS = 5  # time, kind, mode after it, y, F
@@ -46,9 +44,10 @@ SAMPLES, EVENTS, TURNS, TREND, ZERO_STEPS = 0, 1, 2, 3, 4  # what `memo` carries
 @njit(cache=True, nogil=True, error_model="numpy")
 def state_polynomial(table: Array, p: int, xs: Array, now: int, out: Array) -> None:
     """Power coefficients (w, n) of all states over a step from (x, u)."""
-    m = xs.shape[1]
+    n = out.shape[1]
+    m = n + 1
     for k in range(WIDTH):
-        for i in range(m - 1):
+        for i in range(n):
             total = 0.0
             for j in range(m):
                 total += table[p, k, i * m + j] * xs[now, j]
@@ -108,7 +107,7 @@ def march(
     """
     n = x.size
     work = workspace(n)
-    xs, w, M, c = work.xs, work.polynomials, work.M, tables.c
+    xs, w, line, M, c = work.xs, work.polynomials, work.line, work.M, tables.c
     coefficients = np.empty((WIDTH, n))
     now = 0
     xs[0, :n] = x
@@ -122,7 +121,7 @@ def march(
             status = FULL
             break
         xs[now, n] = u
-        combine(tables.bernstein, p, xs, now, w, Y)
+        combine(tables.lines, p, xs, now, line)
         if not abs(w[Y, DEGREE]) < HUGE:
             status = OVERFLOW
             break
@@ -130,10 +129,9 @@ def march(
         s, kind, turns_here, trend = 1.0, NONE, False, memo[TREND]
         if turns_wanted:
             s, kind, turns_here, trend = step_end(
-                tables, law, p, xs, now, w, (low, high, direction), trend
+                tables.noise, law.size, xs, now, w, (low, high, direction), trend
             )
         elif not clear(w, low, high, direction):
-            combine(tables.power, p, xs, now, w, Y_POWER)
             s, kind = event(w, low, high, direction, round_off(tables.noise, xs, now, law.size))
             s = min(s, 1.0)
         after = t + s * step
@@ -150,11 +148,7 @@ def march(
                 springs[sample, 1] = moment(law, mode, h, y)
                 sample += 1
             memo[SAMPLES] = sample
-        if s == 1.0:
-            apply(tables.full, p, xs, now)
-        else:
-            flow_matrix(tables.flow, p, s, M)
-            apply(M, 0, xs, now)
+        advance(tables.flow, p, s, xs, now, line, M, n)
         now = 1 - now
         memo[ZERO_STEPS] = memo[ZERO_STEPS] + 1 if after == t else 0
         t = after
@@ -246,7 +240,7 @@ def flow(
     """
     n = x.size
     work = workspace(n)
-    xs, w, M, c = work.xs, work.polynomials, work.M, tables.c
+    xs, w, line, M, c = work.xs, work.polynomials, work.line, work.M, tables.c
     S = np.zeros((n, n + 2))
     scratch = np.empty((n, n + 2))
     dh = np.zeros(n + 2)
@@ -266,14 +260,13 @@ def flow(
     while t < duration:
         p, u, low, high, direction = window(law, mode, h)
         xs[now, n] = u
-        combine(tables.bernstein, p, xs, now, w, Y)
+        combine(tables.lines, p, xs, now, line)
         if not abs(w[Y, DEGREE]) < HUGE:
             status = OVERFLOW
             break
         step = tables.step[p]
         s, kind = 1.0, NONE
         if not clear(w, low, high, direction):
-            combine(tables.power, p, xs, now, w, Y_POWER)
             tolerance = round_off(tables.noise, xs, now, law.size)
             s, kind = event(w, low, high, direction, tolerance)
             s = min(s, 1.0)
@@ -285,7 +278,7 @@ def flow(
             flow_matrix(tables.d_flow, p, s, dM)
         sticks = law.memory == 1 and mode == STICK
         _carry(M, dM, S, dh if sticks else none, xs, now, scratch)
-        apply(M, 0, xs, now)
+        apply(M, 0, xs, now, n)
         now = 1 - now
         zero_steps = zero_steps + 1 if after == t else 0
         t = after

@@ -53,7 +53,7 @@ class Proofs(NamedTuple):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trapped(
-    proofs: Proofs, p: int, h: float, low: float, high: float, xs: Array, row: int
+    proofs: Proofs, p: int, h: float, low: float, high: float, xs: Array, row: int, y: float
 ) -> float:
     """The y of rest if the motion provably never leaves its piece again, else NaN."""
     if proofs.decays[p] == 0:
@@ -63,7 +63,7 @@ def trapped(
     for j in range(n):
         rest += proofs.free[p, j] * xs[row, j]
     room = min(high - rest, rest - low)
-    if not room > 0.0:
+    if not abs(y - rest) < room:  # the bound is no less: spare the work
         return np.nan
     bound, group = 0.0, 0.0
     for i in range(n):
@@ -117,7 +117,8 @@ def certain(
     p, u, low, high, direction = window(law, mode, h)
     xs[now, tables.c.size] = u
     if direction == 0:
-        rest = trapped(proofs, 0 if law.memory else mode, h, low, high, xs, now)
+        y = output(tables.c, xs, now)
+        rest = trapped(proofs, 0 if law.memory else mode, h, low, high, xs, now, y)
         if not np.isnan(rest):
             return DAMPED, TRAPPED
     if escaped(proofs, xs, now):
@@ -131,7 +132,7 @@ def certain(
 def rest_of(law: Law, proofs: Proofs, c: Array, xs: Array, now: int, h: float, mode: int) -> float:
     """The y at which a damped motion comes to rest."""
     _, _, low, high, direction = window(law, mode, h)
-    rest = np.nan
+    rest, y = np.nan, output(c, xs, now)
     if direction == 0:
-        rest = trapped(proofs, 0 if law.memory else mode, h, low, high, xs, now)
-    return output(c, xs, now) if np.isnan(rest) else rest
+        rest = trapped(proofs, 0 if law.memory else mode, h, low, high, xs, now, y)
+    return y if np.isnan(rest) else rest

@@ -15,10 +15,12 @@ from aeroflutter.timemarch._kernel_exact_tables import DEGREE, WIDTH, Array
 NEVER = 2.0  # a root beyond the step
 DEPTH = 48  # halvings: an interval of 2^-48 is a point
 
-# Work space is one array with a polynomial a row, so that a call passes one array: y over the
-# step in both bases, an event function in both, and the stack of intervals from STACK on.
-Y, Y_POWER, G, G_POWER, SLOPE, LEFT, STACK = 0, 1, 2, 3, 4, 5, 6
-ROWS = STACK + DEPTH + 2
+# Work space is one array with a polynomial a row, so that a call passes one array: an event
+# function in both bases, the stack of intervals from STACK on, and y over the step in both bases.
+G, G_POWER, SLOPE, LEFT, STACK = 0, 1, 2, 3, 4
+Y = STACK + DEPTH + 2
+Y_POWER = Y + 1
+ROWS = Y_POWER + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -149,11 +151,23 @@ def _crossing(w: Array, row: int, m: int, tolerance: float) -> tuple[int, bool, 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _guess(w: Array, row: int, m: int, first: int) -> float:
-    """Where the control polygon crosses zero between coefficient first - 1 and `first`."""
+    """Where the polynomial crosses zero, from coefficient first - 1 to `first`, in [0, 1].
+
+    Where the control polygon does, corrected by its curvature: a smooth f through the m
+    coefficients, taken at equal spaces, makes the polynomial f + s (1 - s) f''/2(m - 1) + ….
+    """
     if first == 0:
         return 0.5
+    degree = m - 1
     before = min(w[row, first - 1], 0.0)
-    return (first - 1 + before / (before - w[row, first])) / (m - 1)
+    rise = w[row, first] - before
+    part = -before / rise
+    s = (first - 1 + part) / degree
+    if first < 2 or first == degree:
+        return s
+    bend = 0.5 * (w[row, first + 1] - w[row, first] - w[row, first - 1] + w[row, first - 2])
+    better = s - 0.5 * (s * (1.0 - s) - part * (1.0 - part) / degree) * bend / rise
+    return better if 0.0 < better < 1.0 else s
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -172,6 +186,13 @@ def first_positive(w: Array, m: int, tolerance: float, low: float, high: float) 
     -----
     Where the signs do not settle it, the interval is halved, leftmost half first.
     """
+    first, at_once, single = _crossing(w, G, m, tolerance)
+    if first == m:
+        return NEVER
+    if at_once:
+        return low
+    if single:
+        return newton(w, low, high, low + (high - low) * _guess(w, G, m, first))
     for k in range(m):
         w[STACK, k] = w[G, k]
     w[STACK, m] = low
@@ -199,7 +220,7 @@ def first_positive(w: Array, m: int, tolerance: float, low: float, high: float) 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_beyond(w: Array, sign: int, edge: float, tolerance: float) -> float:
     """First place in [0, 1] at which y passes `edge` upwards (sign 1) or downwards (-1)."""
-    for k in range(WIDTH):
+    for k in range(w.shape[1]):  # not known to the compiler, which then vectorises
         w[G, k] = sign * (w[Y, k] - edge)
         w[G_POWER, k] = sign * w[Y_POWER, k]
     w[G_POWER, 0] -= sign * edge

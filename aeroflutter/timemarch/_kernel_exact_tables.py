@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 DEGREE = 15
 WIDTH = DEGREE + 1
+SPACE = WIDTH + 2  # columns that hold a polynomial and, where it is on a stack, its interval
 ORDER = 30  # of the Taylor series before it is economised
 ROUND_OFF = 2.0**-53
 
@@ -37,8 +38,10 @@ class Tables(NamedTuple):
     ----------
     step
         Length H of the step on each slope, (m,).
-    bernstein, power
-        Coefficients in s of y = c x on [0, 1] for each entry of (x, u), (m, n+1, w).
+    lines
+        What each entry of (x, u) adds to the line of a step, (m, rows, 2 SPACE + columns): the
+        Bernstein coefficients of y = c x on [0, 1], its power coefficients, and the state at the
+        end, M(1). Rows and columns are padded with zeros to multiples of four.
     flow
         Power coefficients of M(s), flattened by rows, (m, w, n (n+1)).
     full
@@ -54,8 +57,7 @@ class Tables(NamedTuple):
     """
 
     step: Array
-    bernstein: Array
-    power: Array
+    lines: Array
     flow: Array
     full: Array
     generator: Array
@@ -239,10 +241,9 @@ def _economise(terms: Array, to_power: Array, out: Array) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _economise_row(terms: Array, c: Array, convert: Array, out: Array) -> None:
-    """Coefficients (n+1, w) of y = c x in the basis of `convert`."""
+def _economise_row(terms: Array, c: Array, convert: Array, out: Array, column: int) -> None:
+    """Coefficients (n+1, w) of y = c x in the basis of `convert`, into `out` from a column on."""
     n = c.size
-    out[:] = 0.0
     for k in range(terms.shape[0]):
         for j in range(n + 1):
             y = 0.0
@@ -250,7 +251,7 @@ def _economise_row(terms: Array, c: Array, convert: Array, out: Array) -> None:
                 y += c[i] * terms[k, i, j]
             if y != 0.0:
                 for row in range(WIDTH):
-                    out[j, row] += convert[row, k] * y
+                    out[j, column + row] += convert[row, k] * y
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -262,6 +263,12 @@ def _sum(terms: Array, out: Array) -> None:
         for i in range(n):
             for j in range(n + 1):
                 out[i * (n + 1) + j] += terms[k, i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def padded(size: int) -> int:
+    """The next multiple of four."""
+    return (size + 3) // 4 * 4
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -298,8 +305,7 @@ def build(
     wanted = WIDTH if db.size else 0
     tables = Tables(
         np.empty(m),
-        np.empty((m, n + 1, WIDTH)),
-        np.empty((m, n + 1, WIDTH)),
+        np.zeros((m, padded(n + 1), 2 * SPACE + padded(n))),
         np.empty((m, WIDTH, size)),
         np.empty((m, size)),
         np.empty((m, n, n + 1)),
@@ -321,9 +327,12 @@ def build(
         tables.step[p] = step
         _taylor(G, step, terms)
         _economise(terms, to_power, tables.flow[p])
-        _economise_row(terms, c, to_power, tables.power[p])
-        _economise_row(terms, c, to_bernstein, tables.bernstein[p])
+        _economise_row(terms, c, to_bernstein, tables.lines[p], 0)
+        _economise_row(terms, c, to_power, tables.lines[p], SPACE)
         _sum(terms, tables.full[p])
+        for i in range(n):
+            for j in range(n + 1):
+                tables.lines[p, j, 2 * SPACE + i] = tables.full[p, i * (n + 1) + j]
         if wanted:
             dG = np.empty((n, n + 1))
             for i in range(n):
@@ -333,5 +342,5 @@ def build(
             _d_taylor(G, dG, step, terms, d_terms)
             _economise(d_terms, to_power, tables.d_flow[p])
     for j in range(n + 1):
-        tables.noise[j] = np.max(np.abs(tables.bernstein[:, j]))
+        tables.noise[j] = np.max(np.abs(tables.lines[:, j, :WIDTH]))
     return tables

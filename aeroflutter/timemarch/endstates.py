@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from aeroflutter.errors import InputError
 from aeroflutter.timemarch import _kernel_exact_ends as kernel
 from aeroflutter.timemarch import _kernel_exact_proofs as codes
 from aeroflutter.timemarch._kernel_exact_cycle import MOST_LOOPS, Cycles, no_cycles
+from aeroflutter.timemarch._kernel_exact_tables import WIDTH
 from aeroflutter.timemarch.response import STATES
 
 if TYPE_CHECKING:
@@ -98,8 +100,9 @@ class EndState:
     amplitude, bias
         Half peak-to-peak and midrange of y over the exact cycle, rad; 0 and the rest for a damped
         motion; over the last loops of one that does not settle.
-    period, loops, multiplier
-        Of a limit cycle: T, maxima a period, largest modulus of its Floquet multipliers.
+    period, first_harmonic, loops, multiplier
+        Of a limit cycle: T, amplitude of the fundamental of y, maxima a period, largest modulus
+        of its Floquet multipliers.
     rest
         y at which a damped motion comes to rest, rad.
     final_state, final_memory
@@ -114,6 +117,7 @@ class EndState:
     amplitude: float
     bias: float
     period: float
+    first_harmonic: float
     loops: int
     multiplier: float
     rest: float
@@ -166,6 +170,13 @@ def reason(code: int, numbers: Array) -> str:
     )
 
 
+@cache
+def gauss_rule() -> tuple[Array, Array]:
+    """Nodes and weights of Gauss's rule on [0, 1], exact to twice the degree of a step."""
+    nodes, weights = np.polynomial.legendre.leggauss(WIDTH)
+    return 0.5 * (nodes + 1.0), 0.5 * weights
+
+
 def problem_of(prepared: Prepared, options: EndOptions) -> kernel.Problem:
     """A prepared system with its limits, as the kernel takes it."""
     return kernel.Problem(
@@ -205,11 +216,9 @@ def end_state(
     """
     options = options or EndOptions()
     x = np.array(state, dtype=float)
-    own, none = no_cycles(1, x.size), no_cycles(0, x.size)
     numbers = np.empty(kernel.NUMBERS)
-    code, why, h, _ = kernel.settle(
-        problem_of(prepared, options), none, 0, own, x, float(memory), numbers
-    )
+    problem = problem_of(prepared, options)
+    code, why, h, first, own = kernel.settle_one(problem, x, float(memory), numbers, *gauss_rule())
     return EndState(
         state=STATES[code],
         reason=reason(why, numbers),
@@ -217,6 +226,7 @@ def end_state(
         amplitude=float(numbers[kernel.AMPLITUDE]),
         bias=float(numbers[kernel.BIAS]),
         period=float(numbers[kernel.PERIOD]),
+        first_harmonic=float(first),
         loops=0 if np.isnan(numbers[kernel.LOOPS]) else int(numbers[kernel.LOOPS]),
         multiplier=float(numbers[kernel.RADIUS]),
         rest=float(numbers[kernel.REST]),

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["march"]
 
 LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
-ROWS = 4096  # switches and extrema in one piece of the log
-HARMONIC = 1024  # samples of a cycle: y''' jumps at a switch, so aliases fall with the 4th power
+ROWS = 1024  # switches and extrema in one piece of the log
 LEAST = 400.0  # τ that a recorded march goes on for at least, so that there is something to see
 PERIODS_A_WINDOW = 4  # of the thesis's criteria
 KINDS = "1 lower edge of a piece, 2 upper edge, 3 pitch turns on a flat"
@@ -67,7 +66,7 @@ def march(
     if not options.record:
         trace.jump(end, until)
     trace.go(until)
-    return trace.response(end.state, end.reason, **_measures(prepared, end))
+    return trace.response(end.state, end.reason, **_measures(end))
 
 
 @lru_cache(maxsize=16)
@@ -76,27 +75,16 @@ def _prepared(system: LureSystem, spring: Spring, step_cap: float | None) -> Pre
     return Prepared.of(system, spring, step_cap)
 
 
-def _measures(prepared: Prepared, end: EndState) -> dict[str, Any]:
+def _measures(end: EndState) -> dict[str, Any]:
     """Amplitude, bias, period, first harmonic and rest of a Response."""
     extras: dict[str, Any] = {"loops": end.loops, "event_kinds": KINDS}
     if end.state == "divergent":
         return {"extras": extras}
     found: dict[str, Any] = {"amplitude": end.amplitude, "bias": end.bias, "rest": end.rest}
     if end.cycle is not None:
-        found |= {"period": end.period, "first_harmonic": _first_harmonic(prepared, end)}
+        found |= {"period": end.period, "first_harmonic": end.first_harmonic}
         extras["multiplier"] = end.multiplier
     return found | {"extras": extras}
-
-
-def _first_harmonic(prepared: Prepared, end: EndState) -> float:
-    """Amplitude of the fundamental of y over the exact cycle."""
-    assert end.cycle is not None
-    point = end.cycle.z[0]
-    phase = np.arange(HARMONIC) / HARMONIC
-    cycle = _Log(prepared, point[:-1], float(point[-1]), phase * end.period)
-    cycle.run(end.period)
-    pitch = cycle.states @ prepared.system.c
-    return float(2.0 * abs(np.mean(pitch * np.exp(2j * np.pi * phase))))
 
 
 class _Log:
@@ -242,5 +230,5 @@ def _watched(
     verdict = verdict or watch.last(trace.log.t)
     pitch = trace.log.states[: trace.log.filled] @ system.c
     extras = {"loops": verdict.loops, "event_kinds": KINDS}
-    measures = watch.measures(verdict, pitch, options.dt)
+    measures = watch.measures(verdict, lambda count: pitch[-count:], options.dt)
     return trace.response(verdict.state, verdict.reason, extras=extras, **measures)

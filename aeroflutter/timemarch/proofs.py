@@ -18,16 +18,14 @@ z' = p z - l b d, hence |z|' >= Re p |z| - |l b| d_max: beyond |l b| d_max / Re 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from aeroflutter.timemarch._kernel_exact_proofs import Proofs
+from aeroflutter.timemarch._kernel_exact_tables import balance
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from numpy.typing import NDArray
 
     from aeroflutter.lure import LureSystem
@@ -39,6 +37,34 @@ __all__ = ["proofs_of"]
 
 ZERO = 1e-11  # eigenvalues below this part of the largest are zero
 BASIS = 1e9  # condition beyond which eigenvectors are no basis to be trusted
+
+
+class Spectrum(NamedTuple):
+    """Eigenvalues of one piece, those below `small` being zero; vectors, and their inverse.
+
+    `scale` is what its coordinates are measured in. There is no inverse where the eigenvectors
+    are no basis to be trusted.
+    """
+
+    values: Any
+    vectors: Any
+    inverse: Any | None
+    scale: Array
+    small: float
+
+    @classmethod
+    def of(cls, A: Array) -> Spectrum:
+        """Spectrum of A, (n, n)."""
+        values, vectors = np.linalg.eig(A)
+        scale = balance(A)
+        return cls(
+            values, vectors, _inverse(vectors, scale), scale, float(ZERO * np.abs(values).max())
+        )
+
+    @property
+    def unstable(self) -> bool:
+        """Whether an eigenvalue has a positive real part that is not round-off."""
+        return bool(self.values.real.max() > self.small)
 
 
 class Decay(NamedTuple):
@@ -62,54 +88,61 @@ def proofs_of(system: LureSystem, law: Law) -> Proofs:
     n = system.order
     slopes = np.array([1.0]) if law.memory else law.slopes
     inputs = [(0.0, 1.0)] if law.memory else [(-offset, 0.0) for offset in law.offsets]
+    pieces = {slope: np.asarray(system.closed(slope)) for slope in slopes.tolist()}
+    spectra = {slope: Spectrum.of(A) for slope, A in pieces.items()}
     p = slopes.size
     decays, heads = np.zeros(p, dtype=np.int64), np.zeros((p, n), dtype=np.int64)
     rows, centre, rest = np.zeros((p, n, n)), np.zeros((p, 2, n)), np.zeros((p, 2))
     free = np.zeros((p, n))
-    for i in range(p):
-        A = system.closed(slopes[i])
+    for i, slope in enumerate(slopes.tolist()):
+        A = pieces[slope]
         pushed = bool(np.any(inputs[i]))
-        decay = _decay(A, system.c, pushed)
+        decay = _decay(A, spectra[slope], system.c, pushed)
         if decay is None:
             continue
         decays[i] = 1
         rows[i], heads[i], free[i] = decay
         if pushed:
-            balance = -np.linalg.solve(A, system.b)
-            centre[i] = np.outer(inputs[i], balance)
+            push = -np.linalg.solve(A, system.b)
+            centre[i] = np.outer(inputs[i], push)
             rest[i] = centre[i] @ system.c
-    grows, against = _growth(system, law)
-    ends = (1.0,) if law.memory else (law.slopes[0], law.slopes[-1])
-    unstable = any(_abscissa(system.closed(slope)) > 0.0 for slope in ends)
+    grows, against = _growth(pieces, spectra, system.b, law)
+    unstable = spectra[slopes[0]].unstable or spectra[slopes[-1]].unstable
     return Proofs(decays, rows, heads, centre, rest, free, grows, against, int(unstable))
 
 
-def _abscissa(A: Array) -> float:
-    """Largest real part of the eigenvalues that is not round-off, or zero."""
-    values = np.linalg.eigvals(A)
-    largest = float(values.real.max())
-    return largest if largest > ZERO * np.abs(values).max() else 0.0
-
-
-def _decay(A: Array, c: Array, pushed: bool) -> Decay | None:
-    """Coordinates in which x' = A x decays, or stays if nothing pushes it; None if it may grow."""
-    values, vectors = np.linalg.eig(A)
-    small = ZERO * np.abs(values).max()
-    neutral = np.abs(values) <= small
-    if np.any(values.real[~neutral] >= -small) or neutral.sum() > 1 or (neutral.any() and pushed):
+def _inverse(vectors: Any, scale: Array) -> Any | None:
+    """Inverse of the eigenvectors, if their condition in scaled coordinates is to be trusted."""
+    sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, None]) ** 2, axis=0))
+    try:
+        inverse = np.linalg.inv(vectors)
+    except np.linalg.LinAlgError:
         return None
-    scale = scipy.linalg.matrix_balance(A, permute=False)[1].diagonal()
-    balanced = vectors / scale[:, None]
-    balanced = balanced / np.linalg.norm(balanced, axis=0)
-    if np.linalg.cond(balanced) < BASIS:
-        return _modal(c, values, vectors, neutral)
-    return None if neutral.any() else _quadratic(A, c, scale)
+    scaled = sizes[:, None] * inverse * scale
+    condition = np.sqrt(sizes.size * np.sum(np.abs(scaled) ** 2))  # Frobenius: unit columns
+    return inverse if condition < BASIS else None
 
 
-def _modal(c: Array, values: Any, vectors: Any, neutral: NDArray[np.bool_]) -> Decay:
+def _decay(A: Array, spectrum: Spectrum, c: Array, pushed: bool) -> Decay | None:
+    """Coordinates in which x' = A x decays, or stays if nothing pushes it; None if it may grow."""
+    values = spectrum.values
+    neutral = np.abs(values) <= spectrum.small
+    if (
+        np.any(values.real[~neutral] >= -spectrum.small)
+        or neutral.sum() > 1
+        or (neutral.any() and pushed)
+    ):
+        return None
+    if spectrum.inverse is not None:
+        return _modal(c, spectrum, neutral)
+    return None if neutral.any() else _quadratic(A, c, spectrum.scale)
+
+
+def _modal(c: Array, spectrum: Spectrum, neutral: NDArray[np.bool_]) -> Decay:
     """Modal coordinates, each scaled by the y that it makes."""
     n = c.size
-    left = np.linalg.inv(vectors)
+    values, vectors, left = spectrum.values, spectrum.vectors, spectrum.inverse
+    assert left is not None
     weight = np.abs(c @ vectors)
     rows, heads, free = np.zeros((n, n)), np.zeros(n, dtype=np.int64), np.zeros(n)
     place = 0
@@ -131,6 +164,8 @@ def _quadratic(A: Array, c: Array, scale: Array) -> Decay | None:
     """One Lyapunov function, whose root is scaled by the largest y on its unit level."""
     n = c.size
     D = A * scale[None, :] / scale[:, None]
+    import scipy.linalg
+
     P = scipy.linalg.solve_continuous_lyapunov(D.T, -np.eye(n) * np.abs(D).max())
     P = 0.5 * (P + P.T)
     if np.linalg.eigvalsh(P).min() <= 0.0 or np.linalg.eigvalsh(D.T @ P + P @ D).max() >= 0.0:
@@ -142,23 +177,27 @@ def _quadratic(A: Array, c: Array, scale: Array) -> Decay | None:
     return Decay(rows, heads, np.zeros(n))
 
 
-def _growth(system: LureSystem, law: Law) -> tuple[Array, Array]:
+def _growth(
+    pieces: dict[float, Array], spectra: dict[float, Spectrum], b: Array, law: Law
+) -> tuple[Array, Array]:
     """Unstable coordinates of the outer piece and the size beyond which they grow for good."""
-    n = system.order
+    n = b.size
     none = np.zeros((0, 2, n)), np.zeros(0)
     if law.memory:
         slope, push = 1.0, float(np.abs(law.loop[2:]).max())
     else:
-        slope, breaks = law.slopes[0], law.edges[1:-1]
+        slope, breaks = float(law.slopes[0]), law.edges[1:-1]
         if slope != law.slopes[-1]:
             return none
         between = law.slopes[1:] * breaks + law.offsets[1:] - slope * breaks
         push = float(np.abs(np.append(between, law.offsets[[0, -1]])).max())
-    A = system.closed(slope)
-    values, vectors = scipy.linalg.eig(A.T)
-    grows = (values.real > ZERO * np.abs(values).max()) & (values.imag >= 0.0)
-    if not grows.any():
+    spectrum = spectra[slope]
+    if not spectrum.unstable:
         return none
-    left = vectors[:, grows].T
-    rows = np.stack((left.real, left.imag), axis=1)
-    return rows, np.abs(left @ system.b) * push / values[grows].real
+    values, rows = spectrum.values, spectrum.inverse
+    if rows is None:
+        values, vectors = np.linalg.eig(pieces[slope].T)
+        rows = vectors.T
+    grows = (values.real > spectrum.small) & (values.imag >= 0.0)
+    left = rows[grows]
+    return np.stack((left.real, left.imag), axis=1), np.abs(left @ b) * push / values[grows].real

@@ -360,6 +360,8 @@ def traces(
         Samples, shapes (m,), (m, n) and (m,).
     """
     names = tuple(system.state_names)
+    if time.size == 0:
+        return {"states": states, "state_names": names}
     with np.errstate(over="ignore", invalid="ignore"):
         pitch = states @ system.c
         moment = np.asarray(spring.moment(pitch, memory))
