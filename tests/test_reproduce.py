@@ -92,3 +92,27 @@ def test_one_that_fails_does_not_stop_the_others(
 
 def test_the_table_has_the_rows_of_the_thesis() -> None:
     assert [run for run, _, _ in THESIS] == [6, 10, 14, 15, 16, 100, 101, 102, 103, 111]
+
+
+@pytest.mark.parametrize("number", ["3.2", "4.1", "4.9", "4.10", "4.11", "4.12", "5.2", "5.4"])
+def test_every_axis_is_named_and_no_text_leaves_the_page(number: str) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from aeroflutter.reproduce import figures
+
+    (exhibit,) = choose([number])
+    case = load_case(exhibit.case, exhibit.changes)
+    drawing = figures.KINDS[exhibit.kind](case, exhibit.title, **exhibit.settings).figure
+    assert drawing is not None
+    canvas = FigureCanvasAgg(drawing)
+    canvas.draw()
+    for axes in drawing.axes:
+        assert axes.get_ylabel()
+        assert axes.get_xlabel() or not axes.xaxis.get_tick_params()["labelbottom"]
+    texts = [*drawing.texts, *(a.xaxis.label for a in drawing.axes)]
+    texts += [a.yaxis.label for a in drawing.axes] + [a.title for a in drawing.axes]
+    boxes = [t.get_window_extent(canvas.get_renderer()) for t in texts if t.get_text()]
+    for i, box in enumerate(boxes):
+        assert min(box.x0, box.y0) >= 0
+        assert max(box.x1 - drawing.bbox.x1, box.y1 - drawing.bbox.y1) <= 0
+        assert not any(box.overlaps(other) for other in boxes[:i])

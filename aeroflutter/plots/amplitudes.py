@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from aeroflutter.describing import DescribingCurve
 
     Array = np.ndarray
+
+_RING: dict[str, Any] = {
+    "color": look.BLACK,
+    "markersize": 3.5,
+    "markerfacecolor": "white",
+    "markeredgewidth": 0.8,
+}
 
 
 def plot_amplitudes(
@@ -48,7 +55,7 @@ def plot_amplitudes(
             points = [(c.speed_ratio, np.degrees(c.amplitude), c.stable) for c in family.cycles]
             ratio, amplitude, stable = (np.array(column) for column in zip(*points, strict=True))
             _line(axes, (ratio, amplitude, stable), look.BLUE)
-        axes.plot(*simulated, ".", color=look.BLACK, markersize=2.5, rasterized=True, zorder=1)
+        _simulated(axes, simulated)
         _finish(axes, cycles)
         if title:
             look.headline(figure, title)
@@ -63,11 +70,16 @@ def _line(axes: Axes, points: tuple[Array, Array, Array], colour: str, width: fl
         )
 
 
+def _simulated(axes: Axes, simulated: tuple[Array, Array]) -> None:
+    """Small rings over the curves; the many starts that end on one cycle make one ring."""
+    points = np.unique(np.round(np.column_stack(simulated), 6), axis=0)
+    axes.plot(points[:, 0], points[:, 1], "o", label="simulated", zorder=3, **_RING)
+
+
 def _finish(axes: Axes, cycles: LimitCycles) -> None:
     axes.plot([], [], color=look.ORANGE, linewidth=2.8, label="describing function")
     axes.plot([], [], color=look.BLUE, label="exact")
-    axes.plot([], [], ".", color=look.BLACK, label="simulated")
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", title="stable solid, unstable dashed")
     onset = cycles.onset
     first = 0.5 if onset is None else onset.cycle.speed_ratio
     size = 1.0 if onset is None else np.degrees(onset.cycle.amplitude)

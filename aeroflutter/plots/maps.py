@@ -132,6 +132,12 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
         bar = figure.colorbar(drawn, ax=axes, label=f"{look.AMPLITUDE} of the limit cycle")
         if wide:
             bar.ax.yaxis.set_major_formatter("{x:g}")
+            bar.ax.yaxis.set_minor_formatter(_minor)
+
+
+def _minor(value: float, _: float | None = None) -> str:
+    """Labels of a logarithmic axis between its decades: 2 and 5 of each."""
+    return f"{value:g}" if f"{value:e}"[0] in "25" else ""
 
 
 def edges(centres: Array) -> Array:

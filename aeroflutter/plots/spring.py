@@ -76,5 +76,5 @@ def _gains(axes: Axes, amplitude: np.ndarray, describing: Describing) -> None:
     axes.plot(np.degrees(amplitude), describing.n_q, color=look.VERMILION, label="$n_q$")
     axes.set_xscale("log")
     axes.set_xlabel(look.AMPLITUDE)
-    axes.set_ylabel("describing function")
+    axes.set_ylabel("describing function $n_p$, $n_q$")
     axes.legend()

@@ -87,7 +87,7 @@ def save(drawing: Figure, path: Path, dpi: int = 150) -> None:
 
 def headline(drawing: Figure, text: str) -> None:
     """The title of a whole figure, on as many lines as its width makes of it."""
-    per_line = int(11 * drawing.get_figwidth())
+    per_line = int(12 * drawing.get_figwidth())
     drawing.suptitle("\n".join(wrap(text, per_line)), fontsize=10.5)
 
 

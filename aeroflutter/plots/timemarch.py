@@ -49,8 +49,10 @@ def plot_response(response: Response, kind: str = "overview", title: str = "") -
     draw, width, height, rows = FIGURES[kind]
     with look.style():
         figure, axes = look.figure(rows, 1, width=width, height=height, sharex=rows > 1)
-        draw(np.atleast_1d(axes), response)
+        panels = np.atleast_1d(axes)
+        draw(panels, response)
         if title:
+            panels[0].set_title("")  # the headline says what it is
             look.headline(figure, title)
     return figure
 

@@ -139,7 +139,7 @@ def decided(case: Case, title: str) -> Drawn:
     counts: dict[str, Any] = {name: found.count(name) for name in STATES}
     onsets = _onsets(case)
     marks = {"linear flutter": 1.0, **onsets}
-    if len(onsets) == 2 and abs(onsets["DF onset"] - onsets["exact onset"]) < 0.03:
+    if len(onsets) == 2 and abs(onsets["DF onset"] - onsets["exact onset"]) < 0.001:
         marks = {"linear flutter": 1.0, "onset, DF and exact": onsets["exact onset"]}
     return Drawn(figure=plot_map(found, title, marks), facts=counts | onsets)
 
