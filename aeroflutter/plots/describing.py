@@ -137,10 +137,12 @@ def _errors(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
     width = np.max(np.abs(found.speed - result.speed[:, None]), axis=1) / result.speed
     likely = np.where(proved, np.nan, 100 * found.expected_error[order])
     axes.plot(amplitude, 100 * width[order], ".", color=look.GREEN, label="error of speed, proved")
-    axes.plot(
-        amplitude, np.where(likely > 1e-6, likely, np.nan), "x", color=look.VERMILION, alpha=0.7,
-        label="error of speed without proof, 95 % below",
-    )  # fmt: skip
+    seen = likely > 1e-6
+    if seen.any():
+        axes.plot(
+            amplitude[seen], likely[seen], "x", color=look.VERMILION, alpha=0.7,
+            label="error of speed without proof, 95 % below",
+        )  # fmt: skip
     axes.set_ylabel("per cent")
     axes.set_title("predicted distortion (line) and error of speed")
     axes.legend(fontsize=7.5)
