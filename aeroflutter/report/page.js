@@ -8,6 +8,7 @@ const SYMBOLS = {
 };
 const CONFIG = { responsive: true, displayModeBar: false };
 const COARSE = window.matchMedia("(pointer: coarse)").matches; // a finger scrolls, it does not zoom
+const FONT = getComputedStyle(document.body).fontFamily;
 const PRINTED = 680; // pixels across a printed page
 
 const byId = (id) => document.getElementById(id);
@@ -61,13 +62,17 @@ function motion(number) {
 
 // ---------------------------------------------------------------- colours and layouts
 
+const colours = new Map(); // of the theme at hand: asking the page makes it lay itself out anew
+
 /** A property of the page's style as a colour that plotly understands. */
 function colour(name) {
-  const probe = byId("problem");
-  probe.style.color = `var(--${name})`;
-  const found = getComputedStyle(probe).color;
-  probe.style.color = "";
-  return found;
+  if (!colours.has(name)) {
+    const probe = byId("problem");
+    probe.style.color = `var(--${name})`;
+    colours.set(name, getComputedStyle(probe).color);
+    probe.style.color = "";
+  }
+  return colours.get(name);
 }
 
 function axis(title, more = {}) {
@@ -78,7 +83,7 @@ function axis(title, more = {}) {
 function draw(id, traces, x, y, more = {}) {
   const layout = {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-    font: { color: colour("ink"), size: 12, family: getComputedStyle(document.body).fontFamily },
+    font: { color: colour("ink"), size: 12, family: FONT },
     margin: { l: 52, r: 12, t: 30, b: 44 }, hovermode: "closest",
     dragmode: COARSE ? false : "zoom", showlegend: false,
     hoverlabel: { bgcolor: colour("panel"), bordercolor: colour("rule"),
@@ -438,6 +443,7 @@ function first() {
 }
 
 function drawAll() {
+  colours.clear();
   drawSpring();
   drawLocus();
   drawCurves();
