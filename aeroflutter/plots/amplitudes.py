@@ -55,8 +55,9 @@ def plot_amplitudes(
             points = [(c.speed_ratio, np.degrees(c.amplitude), c.stable) for c in family.cycles]
             ratio, amplitude, stable = (np.array(column) for column in zip(*points, strict=True))
             _line(axes, (ratio, amplitude, stable), look.BLUE)
+        _name(axes)
         _simulated(axes, simulated)
-        _finish(axes, cycles)
+        _finish(axes, curve, cycles)
         if title:
             look.headline(figure, title)
     return figure
@@ -76,12 +77,19 @@ def _simulated(axes: Axes, simulated: tuple[Array, Array]) -> None:
     axes.plot(points[:, 0], points[:, 1], "o", label="simulated", zorder=3, **_RING)
 
 
-def _finish(axes: Axes, cycles: LimitCycles) -> None:
+def _name(axes: Axes) -> None:
+    """What the colours of the curves are, before the rings in the legend."""
     axes.plot([], [], color=look.ORANGE, linewidth=2.8, label="describing function")
     axes.plot([], [], color=look.BLUE, label="exact")
+
+
+def _finish(axes: Axes, curve: DescribingCurve, cycles: LimitCycles) -> None:
+    """Limits that show both onsets."""
     axes.legend(loc="upper left", title="stable solid, unstable dashed")
     onset = cycles.onset
     first = 0.5 if onset is None else onset.cycle.speed_ratio
+    if curve.onset is not None:
+        first = min(first, curve.onset.speed_ratio)
     size = 1.0 if onset is None else np.degrees(onset.cycle.amplitude)
     last = 1.0 + 0.05 * (1.0 - min(first, 0.95))
     axes.set_xlim(first - 0.15 * (last - first), last)

@@ -129,7 +129,7 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
         least, most = float(sizes.min()), float(sizes.max())
         wide = most > DECADE * least > 0.0
         drawn.set_norm(LogNorm(least, most) if wide else Normalize(0.0, most))
-        bar = figure.colorbar(drawn, ax=axes, label=f"{look.AMPLITUDE} of the limit cycle")
+        bar = figure.colorbar(drawn, ax=axes, label=SWEEP_PANELS["amplitude_deg"])
         if wide:
             bar.ax.yaxis.set_major_formatter("{x:g}")
             bar.ax.yaxis.set_minor_formatter(_minor)

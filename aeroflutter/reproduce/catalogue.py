@@ -69,6 +69,8 @@ class Exhibit:
 
 
 def _short(value: Any) -> str:
+    if isinstance(value, list):
+        return " / ".join(map(_short, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
