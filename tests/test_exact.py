@@ -142,6 +142,32 @@ def test_cycles_do_not_depend_on_the_internal_step(name):
             assert np.ptp(values) < 1e-9 * values[0]
 
 
+@pytest.mark.parametrize(
+    ("family", "spring", "ratio"),
+    [
+        (STIFF, Hysteresis(1.0 * DEGREE, 0.2 * DEGREE), 0.945),
+        (SOFT, Freeplay(0.5 * DEGREE), 0.45),
+        (SOFT, Freeplay(0.5 * DEGREE, centre=0.1 * DEGREE), 0.6),
+    ],
+)
+def test_the_fundamental_of_a_cycle_against_its_samples(family, spring, ratio):
+    # The third derivative of pitch jumps at a switch: what n samples miss falls with 1/n^4.
+    prepared = Prepared.of(at(family, ratio), spring)
+    end = end_state(prepared, [0.0, 6 * DEGREE, 0.0, 0.0, 0.0, 0.0], 0.0)
+    assert end.state == "lco"
+    errors = []
+    for count in (1024, 8192):
+        phase = np.arange(count) / count
+        point = end.cycle.z[0]
+        samples = _Log(prepared, point[:-1], float(point[-1]), phase * end.period)
+        samples.run(end.period)
+        pitch = samples.states @ prepared.system.c
+        sampled = 2.0 * abs(np.mean(pitch * np.exp(2j * np.pi * phase)))
+        errors.append(abs(sampled / end.first_harmonic - 1.0))
+    assert errors[0] < 1e-9
+    assert errors[1] < 1e-12
+
+
 @given(
     power=st.integers(-8, 8),
     sign=st.sampled_from([-1, 1]),

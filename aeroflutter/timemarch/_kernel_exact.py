@@ -3,6 +3,8 @@
 x' = A x - b F(y), y = c x. Within a mode F = k y - u is a straight line, the flow is a table of
 `_kernel_exact_tables`, and the mode ends where y leaves its window or, on the flat of a loop,
 where y turns back. Modes of a static spring are its pieces; a loop has three.
+
+What every step calls is inlined: handing its arrays over would cost as much as its work.
 """
 
 from __future__ import annotations
