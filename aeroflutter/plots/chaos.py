@@ -184,4 +184,4 @@ def _exponents(axes: Axes, scan: ChaosScan) -> None:
         )  # fmt: skip
     axes.axhline(0.0, color=look.BLACK, linewidth=0.6)
     axes.set_ylabel(EXPONENT)
-    axes.legend(loc="lower left", ncols=2)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)

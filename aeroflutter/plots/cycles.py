@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from textwrap import fill
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -96,7 +95,9 @@ def plot_cycles(
         axes.set_ylabel(look.AMPLITUDE)
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="upper left")
-        axes.set_title("\n".join((*fill(title, 80).splitlines(), "stable solid, unstable dashed")))
+        axes.set_title("stable solid, unstable dashed")
+        if title:
+            look.headline(figure, title)
     return figure
 
 
@@ -134,7 +135,7 @@ def plot_multipliers(
         for axes in grid.flat[len(groups) :]:
             axes.remove()
         if title:
-            figure.suptitle(fill(title, 35 * columns + 5), fontsize=9)
+            look.headline(figure, title)
     return figure
 
 

@@ -136,13 +136,18 @@ def _errors(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
     amplitude, proved = np.degrees(result.amplitude[order]), found.guaranteed[order]
     width = np.max(np.abs(found.speed - result.speed[:, None]), axis=1) / result.speed
     likely = np.where(proved, np.nan, 100 * found.expected_error[order])
-    axes.plot(amplitude, 100 * width[order], ".", color=look.GREEN, label="error of speed, proved")
-    seen = likely > 1e-6
-    if seen.any():
-        axes.plot(
-            amplitude[seen], likely[seen], "x", color=look.VERMILION, alpha=0.7,
-            label="error of speed without proof, 95 % below",
-        )  # fmt: skip
+    for seen, error, mark, name in (
+        (proved, 100 * width[order], {"marker": ".", "color": look.GREEN}, "proved"),
+        (
+            likely > 1e-6,
+            likely,
+            {"marker": "x", "color": look.VERMILION, "alpha": 0.7},
+            "without proof, 95 % below",
+        ),
+    ):
+        if seen.any():
+            label = f"error of speed, {name}"
+            axes.plot(amplitude[seen], error[seen], linestyle="none", label=label, **mark)
     axes.set_ylabel("per cent")
     axes.set_title("predicted distortion (line) and error of speed")
     axes.legend(fontsize=7.5)

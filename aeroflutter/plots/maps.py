@@ -124,15 +124,17 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
         cmap="viridis",
         rasterized=True,
     )
-    if cycling.any():
-        sizes = found.amplitude_deg[cycling]
-        least, most = float(sizes.min()), float(sizes.max())
-        wide = most > DECADE * least > 0.0
-        drawn.set_norm(LogNorm(least, most) if wide else Normalize(0.0, most))
-        bar = figure.colorbar(drawn, ax=axes, label=SWEEP_PANELS["amplitude_deg"])
-        if wide:
-            bar.ax.yaxis.set_major_formatter("{x:g}")
-            bar.ax.yaxis.set_minor_formatter(_minor)
+    if not cycling.any():
+        axes.text(0.5, 0.5, "no limit cycle", transform=axes.transAxes, ha="center", va="center")
+        return
+    sizes = found.amplitude_deg[cycling]
+    least, most = float(sizes.min()), float(sizes.max())
+    wide = most > DECADE * least > 0.0
+    drawn.set_norm(LogNorm(least, most) if wide else Normalize(0.0, most))
+    bar = figure.colorbar(drawn, ax=axes, label=SWEEP_PANELS["amplitude_deg"])
+    if wide:
+        bar.ax.yaxis.set_major_formatter("{x:g}")
+        bar.ax.yaxis.set_minor_formatter(_minor)
 
 
 def _minor(value: float, _: float | None = None) -> str:

@@ -41,7 +41,7 @@ def plot_stiffness(stiffness: Real, speed: Real, title: str = "") -> Figure:
         axes.set_ylabel(r"flutter speed $U^*$")
         axes.set_ylim(bottom=0)
         if title:
-            axes.set_title(title)
+            look.headline(figure, title)
     return figure
 
 

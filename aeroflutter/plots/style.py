@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,6 +33,17 @@ PITCH = r"pitch $\alpha$ (deg)"
 MOMENT = r"restoring moment $F(\alpha)$ (deg)"
 TIME = r"nondimensional time $\tau$"
 FREQUENCY_RATIO = r"frequency $\omega/\omega_\alpha$"
+
+SYMBOLS = {  # what keys and plain titles call by name
+    "omega_bar": r"$\bar\omega$",
+    "delta_v": r"$\Delta V$",
+    "delta_h": r"$\Delta H$",
+    "V_off": r"$V_\mathrm{off}$",
+    "H_off": r"$H_\mathrm{off}$",
+    "beta3": r"$\beta_3$",
+    "rad^2": r"rad$^2$",
+    "lco": "limit cycle",
+}
 
 _RC: dict[str, Any] = {
     "font.size": 9.0,
@@ -86,9 +98,16 @@ def save(drawing: Figure, path: Path, dpi: int = 150) -> None:
 
 
 def headline(drawing: Figure, text: str) -> None:
-    """The title of a whole figure, on as many lines as its width makes of it."""
-    per_line = int(12 * drawing.get_figwidth())
-    drawing.suptitle("\n".join(wrap(text, per_line)), fontsize=10.5)
+    """The title of a whole figure, on as many lines as its width makes of it, in symbols."""
+    lines = wrap(text, int(12 * drawing.get_figwidth()))
+    drawing.suptitle(in_symbols("\n".join(lines)), fontsize=10.5)
+
+
+def in_symbols(text: str) -> str:
+    """A title with what it calls by name in symbols."""
+    for word, symbol in SYMBOLS.items():
+        text = re.sub(rf"\b{re.escape(word)}\b", symbol.replace("\\", r"\\"), text)
+    return text
 
 
 def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> None:

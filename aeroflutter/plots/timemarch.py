@@ -23,6 +23,7 @@ __all__ = ["FIGURES", "plot_overview", "plot_response", "plot_sweeps"]
 HEAVE = r"heave $\xi = h/b$"
 PITCH_RATE = r"pitch rate $\alpha'$ (deg per unit $\tau$)"
 MOST_POINTS = 20_000  # a line of more is drawn by its envelope
+UNSETTLED = ("divergent", "undecided")
 STATE_COLOURS = {
     "damped": look.GREY,
     "lco": look.BLUE,
@@ -98,7 +99,7 @@ def plot_sweeps(
         axes.set_ylabel(look.AMPLITUDE)
         axes.set_ylim(bottom=0)
         if title:
-            axes.set_title(title)
+            look.headline(figure, title)
     return figure
 
 
@@ -228,11 +229,19 @@ def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
         "linewidth": 0.8,
         "linestyle": "-" if one.upward else "--",
     }
-    axes.plot(speed, amplitude, label="speed rising" if one.upward else "speed falling", **line)
+    kinds = np.array(one.state)
+    settled = ~np.isin(kinds, UNSETTLED)
+    label = "speed rising" if one.upward else "speed falling"
+    axes.plot(speed, np.where(settled, amplitude, np.nan), label=label, **line)
     for state in sorted(set(one.state)):
-        pick = np.array([kind == state for kind in one.state])
-        marker = "^" if one.upward else "v"
-        axes.plot(speed[pick], amplitude[pick], marker, color=STATE_COLOURS[state], clip_on=False)
+        mark = {"marker": "^" if one.upward else "v", "color": STATE_COLOURS[state]}
+        pick = kinds == state
+        if state in UNSETTLED:  # of no size of its own: along the top
+            top = np.ones(int(pick.sum()))
+            across = axes.get_xaxis_transform()
+            axes.plot(speed[pick], top, ls="none", transform=across, clip_on=False, **mark)
+        else:
+            axes.plot(speed[pick], amplitude[pick], ls="none", clip_on=False, **mark)
     for jump in one.jumps:
         axes.annotate(
             "",
