@@ -121,6 +121,10 @@ def test_repeats_waits_for_what_still_moves():
     slow = 1.0 + 0.05 * 0.97**n
     first = next(k for k in range(30, 300) if verdict(slow[:k]))
     assert 0.05 * 0.97**first < 2e-4
+    # A negative multiplier alternates about its cycle; it is no cycle of twice the period.
+    alternating = 1.0 + 0.05 * (-0.9) ** n
+    assert {verdict(alternating[:k], 2e-3, 1e-2) for k in range(9, 60)} == {0, 1}
+    assert {verdict(1.5 + np.tile([0.5, -0.5], 60)[:k], 2e-3) for k in range(60, 120)} == {2}
     # Passing the ghost of a fold, x' = e + x^2: slow for long, never settled.
     x, ghost = -0.05, []
     while x < 0.05:
@@ -164,6 +168,25 @@ def test_freeplay_has_the_regimes_of_price():
         for r in (0.12, 0.15, 0.18, 0.21, 0.30, 0.31)
     ]
     assert states == ["damped", "lco", "lco", "lco", "aperiodic", "aperiodic"]
+
+
+def test_houbolt_does_not_take_a_decaying_alternation_for_a_longer_period():
+    # Freeplay off centre; the cycle of one loop attracts with the multiplier -0.69, of which an
+    # earlier look at the march sees two loops that hardly change.
+    section = TypicalSection(
+        mu=50.0, a_h=-0.2, x_alpha=0.25, r_alpha=0.5, omega_bar=0.5, zeta_alpha=0.02
+    )
+    family = SectionFamily(section)
+    system = family.at(0.7891 * flutter_speed(family))
+    start = Initial(alpha=5.72068 * DEGREE, xi=0.05)
+    spring = Freeplay(0.2708 * DEGREE, 0.38436 * DEGREE)
+    exact = simulate(system, spring, start)
+    options = SimulateOptions(engine="houbolt", dt=0.05, record=False)
+    march = simulate(system, spring, start, options)
+    assert exact.extras["loops"] == march.extras["loops"] == 1
+    # The scheme is of second order in dt = 0.05 and finds a cycle of 470 steps.
+    for name in ("amplitude", "bias", "period", "first_harmonic"):
+        assert getattr(march, name) == pytest.approx(getattr(exact, name), rel=5e-4)
 
 
 # --- sweeps

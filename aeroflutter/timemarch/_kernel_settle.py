@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 PHASES = 512  # of a cycle at which it is interpolated
+FADING = 0.75  # of a difference between loops: what noise does not explain
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -138,6 +139,27 @@ def block_sizes(values: Array, unit: float, loops: int, periods: int) -> tuple[A
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
+def approaches_fewer(times: Array, values: Array, loops: int, span: int, ago: int) -> bool:
+    """Whether a motion of `loops` oscillations is on its way to one of a divisor of them.
+
+    Near a cycle with a negative multiplier the motion alternates about it, and comes back after
+    two loops long before it does after one; but what sets the loops apart dies out. `ago` is the
+    number of turning points between the two looks at it.
+    """
+    n = times.size
+    for fewer in range(1, loops):
+        if loops % fewer:
+            continue
+        if n < ago + span + 2 * fewer:
+            return True
+        new, _ = mismatch(times, values, fewer, span)
+        old, _ = mismatch(times[: n - ago], values[: n - ago], fewer, span)
+        if new < FADING * old:
+            return True
+    return False
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def repeats(
     times: Array, values: Array, most: int, recurrence: float, drift: float
 ) -> tuple[int, float]:
@@ -172,6 +194,8 @@ def repeats(
         error, spread = mismatch(times, values, loops, span)
         if not (error <= recurrence * amplitude < np.inf and spread <= recurrence):
             continue
+        if approaches_fewer(times, values, loops, span, 4 * loops * periods):
+            return 0, np.inf
         sizes, scatter = block_sizes(values, amplitude, loops, periods)
         new = abs(sizes[2] - sizes[1])
         old = abs(sizes[1] - sizes[0])

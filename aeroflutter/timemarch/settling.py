@@ -247,7 +247,7 @@ def cycle_measures(times: Array, values: Array, loops: int) -> dict[str, float]:
         Oscillations a period.
     """
     lag = 2 * loops
-    count = max(1, min(8, (values.size - 1) // lag))
+    count = max(1, min(max(3, 8 // loops), (values.size - 1) // lag))
     period = (times[-1] - times[-1 - count * lag]) / count
     last = values[values.size - count * lag :].reshape(count, lag)
     high, low = np.mean(last.max(axis=1)), np.mean(last.min(axis=1))
