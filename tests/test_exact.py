@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -407,6 +408,10 @@ def test_the_criteria_of_the_thesis():
     certain = simulate(at(STIFF, 0.93), loop_of("run14"), SIX)
     assert runs[1].amplitude == pytest.approx(certain.amplitude, rel=1e-9)
     assert runs[1].period == pytest.approx(certain.period, rel=1e-9)
+    silent = simulate(
+        at(STIFF, 0.93), loop_of("run14"), SIX, dataclasses.replace(options, record=False)
+    )
+    assert (silent.state, silent.amplitude) == (runs[1].state, runs[1].amplitude)
 
 
 def test_progress_is_told():

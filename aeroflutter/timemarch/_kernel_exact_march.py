@@ -93,7 +93,7 @@ def march(
     states, springs
         Filled with the samples: states (k, n); memory and moment (k, 2).
     events
-        Filled with the switches, (.., EVENT_COLUMNS).
+        Filled with the switches, (.., EVENT_COLUMNS); they are not kept if it is empty.
     turns
         Filled with the extrema of y, (.., TURN_COLUMNS); none are looked for if it is empty. A
         step ends at each, as in `_kernel_exact_ends.settle`: both make the very same motion.
@@ -115,9 +115,11 @@ def march(
         mode, h = start(law, h, output(c, xs, 0))
     p, u, low, high, direction = window(law, mode, h)
     status = DONE
-    turns_wanted = turns.shape[0] > 0
+    events_wanted, turns_wanted = events.shape[0] > 0, turns.shape[0] > 0
     while t < end:
-        if memo[EVENTS] >= events.shape[0] or (turns_wanted and memo[TURNS] >= turns.shape[0]):
+        if (events_wanted and memo[EVENTS] >= events.shape[0]) or (
+            turns_wanted and memo[TURNS] >= turns.shape[0]
+        ):
             status = FULL
             break
         xs[now, n] = u
@@ -159,11 +161,12 @@ def march(
             memo[TREND] = -trend
         if kind != NONE:
             y = output(c, xs, now)
-            row = events[memo[EVENTS]]
-            row[4] = moment(law, mode, h, y)
+            force = moment(law, mode, h, y)
             mode, h = switch(law, mode, h, y, kind)
-            row[0], row[1], row[2], row[3] = t, kind, mode, y
-            memo[EVENTS] += 1
+            if events_wanted:
+                row = events[memo[EVENTS]]
+                row[0], row[1], row[2], row[3], row[4] = t, kind, mode, y, force
+                memo[EVENTS] += 1
             p, u, low, high, direction = window(law, mode, h)
         if memo[ZERO_STEPS] > ZENO:
             status = STUCK

@@ -100,10 +100,18 @@ class _Log:
         Ascending times of samples, (k,).
     turns
         Whether the extrema of y are logged, and steps end at them.
+    switches
+        Whether the switches are logged.
     """
 
     def __init__(
-        self, prepared: Prepared, state: Array, memory: float, times: Array, turns: bool = False
+        self,
+        prepared: Prepared,
+        state: Array,
+        memory: float,
+        times: Array,
+        turns: bool = False,
+        switches: bool = True,
     ) -> None:
         self.prepared = prepared
         self.x, self.h, self.mode, self.t = np.array(state, dtype=float), memory, -1, 0.0
@@ -112,7 +120,7 @@ class _Log:
         self.states = np.empty((times.size, self.x.size))
         self.springs = np.empty((times.size, 2))
         self.memo = np.zeros(5, dtype=np.int64)
-        self._events = np.empty((ROWS, kernel.EVENT_COLUMNS))
+        self._events = np.empty((ROWS if switches else 0, kernel.EVENT_COLUMNS))
         self._turns = np.empty((ROWS if turns else 0, kernel.TURN_COLUMNS))
 
     @property
@@ -161,7 +169,9 @@ class _Trace:
         spacing = options.dt * (1 + int(until / options.dt) // MOST_SAMPLES)
         count = 1 + int(until / spacing * (1.0 + 1e-12)) if options.record else 0
         times = np.asarray(spacing * np.arange(count), dtype=np.float64)
-        self.log = _Log(prepared, state, memory, times, options.record)
+        turns = options.record or options.criteria == "thesis"
+        switches = turns or options.progress is not None  # a full log is when progress is told
+        self.log = _Log(prepared, state, memory, times, turns, switches)
         self.events: list[Array] = []
 
     def jump(self, end: EndState, until: float) -> None:
