@@ -188,3 +188,18 @@ def test_a_section_without_flutter_needs_a_speed(capsys, tmp_path):
     found = result(capsys, str(case), "--speed", "2.0", "--engine", "houbolt")
     assert found["state"] == "damped"
     assert "speed_ratio" not in found
+
+
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        (("--thesis", "--engine", "exact"), "--thesis: "),
+        (("--kick-deg", "3"), "--kick-deg: "),
+        (("--alpha-deg", "inf"), "--alpha-deg: "),
+    ],
+)
+def test_what_would_be_ignored_or_cannot_be_is_refused(capsys, words, key):
+    code, out, err = run(capsys, "run14", "--speed-ratio", "0.9", *words)
+    assert (code, out) == (2, "")
+    assert key in err
+    assert err.count("\n") == 1

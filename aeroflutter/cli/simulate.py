@@ -96,6 +96,10 @@ def simulate(
         ratios = numbers("--sweep", sweep)
         _sweeps(loaded, start, settings, ratios, flutter, kick_deg, output)
         return
+    if kick_deg != 0.0:
+        raise InputError(
+            "--kick-deg: only with --sweep; for one run --set initial.alpha_rate_deg=3"
+        )
     run = _single(loaded, start, settings, _speed(speed, speed_ratio, flutter), flutter)
     shown = run
     if output.plot or output.out:
@@ -171,6 +175,8 @@ def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> S
     from aeroflutter.timemarch.response import SimulateOptions
 
     if thesis:
+        if engine == "exact":
+            raise InputError("--thesis: marches by Houbolt's scheme; drop it or --engine exact")
         return SimulateOptions.thesis(dt=dt, duration=5000.0 if duration is None else duration)
     given: dict[str, Any] = {} if duration is None else {"duration": duration}
     return SimulateOptions(engine=engine, dt=dt, **given)
@@ -181,6 +187,8 @@ def _start(case: Case, alpha_deg: float | None) -> Initial:
 
     motion = case.initial._asdict()
     if alpha_deg is not None:
+        if not math.isfinite(alpha_deg):
+            raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
         motion["alpha"] = math.radians(alpha_deg)
     return Initial(**motion)
 

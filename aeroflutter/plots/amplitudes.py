@@ -74,7 +74,8 @@ def _line(axes: Axes, points: tuple[Array, Array, Array], colour: str, width: fl
 def _simulated(axes: Axes, simulated: tuple[Array, Array]) -> None:
     """Small rings over the curves; the many starts that end on one cycle make one ring."""
     points = np.unique(np.round(np.column_stack(simulated), 6), axis=0)
-    axes.plot(points[:, 0], points[:, 1], "o", label="simulated", zorder=3, **_RING)
+    if points.size:
+        axes.plot(points[:, 0], points[:, 1], "o", label="simulated", zorder=3, **_RING)
 
 
 def _name(axes: Axes) -> None:
