@@ -234,7 +234,7 @@ def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
     label = "speed rising" if one.upward else "speed falling"
     axes.plot(speed, np.where(settled, amplitude, np.nan), label=label, **line)
     for state in sorted(set(one.state)):
-        mark = {"marker": "^" if one.upward else "v", "color": STATE_COLOURS[state]}
+        mark: dict[str, Any] = {"marker": "^" if one.upward else "v", "color": STATE_COLOURS[state]}
         pick = kinds == state
         if state in UNSETTLED:  # of no size of its own: along the top
             top = np.ones(int(pick.sum()))
