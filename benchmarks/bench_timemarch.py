@@ -1,7 +1,8 @@
 """Time marching: the thesis's method in Fortran, compiled Houbolt, the exact engine and SciPy.
 
 All march the same cells of run 14 (hysteresis, limit cycles, so that no engine may stop early) side
-by side in one run; medians of alternated rounds of CPU time, compilation left out. The engines in
+by side in one run; medians of alternated rounds of CPU time, and of the ratios within each, for the
+clock of a machine drifts; compilation left out. The engines in
 Python also set up each cell and say how it ends, which costs them the same however long the march:
 they are measured over the 50 000 steps of the thesis and over ten times as many.
 """
@@ -26,7 +27,7 @@ from benchmarks import Measurement, fortran_baseline
 OMEGA_BAR, DELTA_V, DELTA_H = 0.8, 1.0, 0.2
 RATIOS, PITCHES = np.linspace(0.935, 0.955, 10), np.linspace(6.0, 8.0, 5)
 DT, STEPS = 0.1, 50_000
-ROUNDS = 7
+ROUNDS = 15
 SCIPY_TAU = 200.0
 
 FORTRAN, COMPILED = "Houbolt, Fortran", "Houbolt, compiled"
@@ -58,9 +59,10 @@ def measure() -> Iterator[Measurement]:
         fortran = _fortran(Path(folder), reference)
         if fortran is not None:
             runs = {FORTRAN: (fortran, simulated), **runs}
-        seconds = _alternated({name: run for name, (run, _) in runs.items()})
-    per_tau = {name: seconds[name] / tau for name, (_, tau) in runs.items()}
-    for name, value in per_tau.items():
+        rounds = _alternated({name: run for name, (run, _) in runs.items()})
+    per_tau = {name: np.array(rounds[name]) / tau for name, (_, tau) in runs.items()}
+    for name, values in per_tau.items():
+        value = median(values)
         yield Measurement(f"{name}, a unit of tau", 1e9 * value, "ns")
         if name in (FORTRAN, COMPILED, COMPILED_LONGER):
             yield Measurement(f"{name}, a step", 1e9 * DT * value, "ns")
@@ -70,20 +72,20 @@ def measure() -> Iterator[Measurement]:
         aims = {COMPILED: 1.5, COMPILED_LONGER: 1.5, EXACT: 0.5, LONGER: 0.5}
         aims |= {DECIDED: None, SCIPY: None}
         for name, aim in aims.items():
-            share = per_tau[name] / per_tau[FORTRAN]
+            share = median(per_tau[name] / per_tau[FORTRAN])
             yield Measurement(f"{name}, of the Fortran's CPU time", share, "", target=aim)
-    yield Measurement(f"{DECIDED}, a cell", 1e6 * seconds[DECIDED] / len(cells), "us")
+    yield Measurement(f"{DECIDED}, a cell", 1e6 * median(rounds[DECIDED]) / len(cells), "us")
 
 
-def _alternated(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
-    """Median CPU seconds of each, taken in turn; the first turn compiles and does not count."""
+def _alternated(runs: dict[str, Callable[[], float]]) -> dict[str, list[float]]:
+    """CPU seconds of each, taken in turn; the first turn compiles and does not count."""
     taken: dict[str, list[float]] = {name: [] for name in runs}
     for turn in range(ROUNDS + 1):
         for name, run in runs.items():
             seconds = run()
             if turn:
                 taken[name].append(seconds)
-    return {name: median(values) for name, values in taken.items()}
+    return taken
 
 
 def _fortran(folder: Path, reference: float) -> Callable[[], float] | None:

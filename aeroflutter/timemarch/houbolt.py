@@ -37,7 +37,7 @@ __all__ = ["march"]
 
 STEPS_A_PERIOD = 8  # fewer do not resolve an oscillation at all
 PERIODS_A_WINDOW = 4
-LEAST_WINDOW = 4000  # steps; the buffers then stay in the cache, and the looks cost little
+LEAST_WINDOW = 6000  # steps; the buffers then stay in the cache, and the looks cost little
 RECURRENCE = 2e-3  # switches fall anywhere within a step, so a cycle never repeats exactly
 DRIFT = 1e-4
 
@@ -262,7 +262,11 @@ class _Run:
         """State and memory after the last step, while the window still holds it."""
         if self.last == 0:
             return self.kept[-1][1][-1], float(self.kept[-1][2][-1])
-        return self._states(self.last - 1, self.last)[0], float(self.buffers.H[self.last + 2])
+        last, part, form = self.last, self.buffers, self.scheme.form
+        with np.errstate(over="ignore", invalid="ignore"):
+            rate = VELOCITY @ part.Q[last - 1 : last + 3] / self.options.dt
+            state = form.state(part.Q[last + 2], rate, part.J[last + 2, : form.lag_rate.size])
+        return state, float(part.H[last + 2])
 
     def _last(self, count: int) -> Array:
         """The last so many samples of pitch, or as many as are kept."""

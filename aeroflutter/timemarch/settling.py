@@ -249,13 +249,10 @@ def cycle_measures(times: Array, values: Array, loops: int) -> dict[str, float]:
     lag = 2 * loops
     count = max(1, min(max(3, 8 // loops), (values.size - 1) // lag))
     period = (times[-1] - times[-1 - count * lag]) / count
-    last = values[values.size - count * lag :].reshape(count, lag)
-    high, low = np.mean(last.max(axis=1)), np.mean(last.min(axis=1))
-    return {
-        "amplitude": float(high - low) / 2,
-        "bias": float(high + low) / 2,
-        "period": float(period),
-    }
+    last = values[values.size - count * lag :].tolist()
+    periods = [last[i : i + lag] for i in range(0, count * lag, lag)]
+    high, low = sum(map(max, periods)) / count, sum(map(min, periods)) / count
+    return {"amplitude": (high - low) / 2, "bias": (high + low) / 2, "period": float(period)}
 
 
 def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) -> float:
