@@ -20,6 +20,7 @@ from aeroflutter.timemarch._kernel_exact import (
     Law,
     advance,
     combine,
+    flow_matrix,
     memory_at,
     output,
     start,
@@ -36,15 +37,15 @@ DONE, OVERFLOW, STUCK, QUIET = 0, 1, 2, 3  # QUIET: no maximum of y within PATIE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def carry(M: Array, p: int, tangents: Array, du: Array, scratch: Array) -> None:
+def carry(M: Array, tangents: Array, du: Array, scratch: Array) -> None:
     """Tangents of the states, the first n rows, over a step: δx ← E δx + g δu."""
     n = tangents.shape[0] - 1
     m = n + 1
     for i in range(n):
         for k in range(tangents.shape[1]):
-            total = M[p, i * m + n] * du[k]
+            total = M[0, i * m + n] * du[k]
             for j in range(n):
-                total += M[p, i * m + j] * tangents[j, k]
+                total += M[0, i * m + j] * tangents[j, k]
             scratch[i, k] = total
     tangents[:n] = scratch
 
@@ -159,9 +160,8 @@ def returns(
         du = tangents[n] if law.memory == 1 and mode == STICK else none
         advance(tables.flow, p, s, xs, now, line, M, n)
         if s == 1.0:
-            carry(tables.full, p, tangents, du, scratch)
-        else:
-            carry(M, 0, tangents, du, scratch)
+            flow_matrix(tables.flow, p, s, M)  # which the state did not need
+        carry(M, tangents, du, scratch)
         now = 1 - now
         for i in range(n):
             reach[i] = max(reach[i], abs(xs[now, i]))

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    initial_motion,
+    numbers,
+    show_facts,
+    show_table,
+)
 from aeroflutter.cli.simulate import late_bar
 from aeroflutter.errors import InputError
 
@@ -114,7 +122,6 @@ class _Study:
     ) -> _Study:
         """Check what was given together."""
         from aeroflutter.rootlocus import flutter_speed
-        from aeroflutter.timemarch.response import Initial
 
         flutter = flutter_speed(case.family())
         speeds = _speeds(speed_ratio, speed, flutter)
@@ -129,10 +136,7 @@ class _Study:
             raise InputError("--zeta-alpha, --zeta-xi: give as many values of one as of the other")
         if sizes and speeds.size > 1:
             raise InputError("--zeta-alpha, --zeta-xi: a range needs a single speed")
-        motion = case.initial._asdict()
-        if alpha_deg is not None:
-            motion["alpha"] = math.radians(alpha_deg)
-        return cls(case, Initial(**motion), flutter, speeds, damping)
+        return cls(case, initial_motion(case, alpha_deg), flutter, speeds, damping)
 
     @property
     def varied(self) -> str:

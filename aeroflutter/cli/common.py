@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.case import Case
+    from aeroflutter.timemarch.response import Initial
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 MOST_NUMBERS = 10_000_000
@@ -159,6 +160,24 @@ def plain(value: Any) -> Any:
     if isinstance(value, Iterable):
         return [plain(item) for item in value]
     return str(value)
+
+
+def initial_motion(case: Case, alpha_deg: float | None) -> Initial:
+    """The initial motion of a case, its pitch as --alpha-deg says if it says anything.
+
+    Raises
+    ------
+    InputError
+        If the pitch is not finite.
+    """
+    from aeroflutter.timemarch.response import Initial
+
+    motion = case.initial._asdict()
+    if alpha_deg is not None:
+        if not math.isfinite(alpha_deg):
+            raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
+        motion["alpha"] = math.radians(alpha_deg)
+    return Initial(**motion)
 
 
 def numbers(option: str, text: str) -> NDArray[np.float64]:

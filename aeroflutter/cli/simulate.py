@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    initial_motion,
+    numbers,
+    show_facts,
+    show_table,
+)
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,7 +96,7 @@ def simulate(
     output.check()
     loaded = options.load(case)
     settings = _settings(engine, dt, duration, thesis)
-    start = _start(loaded, alpha_deg)
+    start = initial_motion(loaded, alpha_deg)
     flutter = _flutter_speed(loaded)
     if sweep is not None:
         if speed is not None or speed_ratio is not None:
@@ -180,17 +188,6 @@ def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> S
         return SimulateOptions.thesis(dt=dt, duration=5000.0 if duration is None else duration)
     given: dict[str, Any] = {} if duration is None else {"duration": duration}
     return SimulateOptions(engine=engine, dt=dt, **given)
-
-
-def _start(case: Case, alpha_deg: float | None) -> Initial:
-    from aeroflutter.timemarch.response import Initial
-
-    motion = case.initial._asdict()
-    if alpha_deg is not None:
-        if not math.isfinite(alpha_deg):
-            raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
-        motion["alpha"] = math.radians(alpha_deg)
-    return Initial(**motion)
 
 
 def _flutter_speed(case: Case) -> float | None:

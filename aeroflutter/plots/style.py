@@ -100,14 +100,9 @@ def save(drawing: Figure, path: Path, dpi: int = 150) -> None:
 def headline(drawing: Figure, text: str) -> None:
     """The title of a whole figure, on as many lines as its width makes of it, in symbols."""
     lines = wrap(text, int(12 * drawing.get_figwidth()))
-    drawing.suptitle(in_symbols("\n".join(lines)), fontsize=10.5)
-
-
-def in_symbols(text: str) -> str:
-    """A title with what it calls by name in symbols."""
-    for word, symbol in SYMBOLS.items():
-        text = re.sub(rf"\b{re.escape(word)}\b", symbol.replace("\\", r"\\"), text)
-    return text
+    named = rf"\b(?:{'|'.join(map(re.escape, SYMBOLS))})\b"
+    title = re.sub(named, lambda found: SYMBOLS[found[0]], "\n".join(lines))
+    drawing.suptitle(title, fontsize=10.5)
 
 
 def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> None:

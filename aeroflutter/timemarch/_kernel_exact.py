@@ -308,8 +308,8 @@ def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def apply(M: Array, p: int, xs: Array, now: int, n: int) -> None:
-    """The other row of `xs` ← M (x, u), for M (m, n (n+1)) flattened by rows."""
+def apply(M: Array, xs: Array, now: int, n: int) -> None:
+    """The other row of `xs` ← M (x, u), for M (1, n (n+1)) flattened by rows."""
     m = n + 1
     i = 0
     while i + 2 < n:  # three rows at a time hide the latency of the sums
@@ -317,9 +317,9 @@ def apply(M: Array, p: int, xs: Array, now: int, n: int) -> None:
         s0 = s1 = s2 = 0.0
         for j in range(m):
             v = xs[now, j]
-            s0 += M[p, r0 + j] * v
-            s1 += M[p, r1 + j] * v
-            s2 += M[p, r2 + j] * v
+            s0 += M[0, r0 + j] * v
+            s1 += M[0, r1 + j] * v
+            s2 += M[0, r2 + j] * v
         xs[1 - now, i] = s0
         xs[1 - now, i + 1] = s1
         xs[1 - now, i + 2] = s2
@@ -327,7 +327,7 @@ def apply(M: Array, p: int, xs: Array, now: int, n: int) -> None:
     while i < n:
         s0 = 0.0
         for j in range(m):
-            s0 += M[p, i * m + j] * xs[now, j]
+            s0 += M[0, i * m + j] * xs[now, j]
         xs[1 - now, i] = s0
         i += 1
 
@@ -348,4 +348,4 @@ def advance(
             xs[1 - now, i] = line[2 * SPACE + i]
     else:
         flow_matrix(flow, p, s, M)
-        apply(M, 0, xs, now, n)
+        apply(M, xs, now, n)

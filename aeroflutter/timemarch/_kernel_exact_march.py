@@ -281,7 +281,7 @@ def flow(
             flow_matrix(tables.d_flow, p, s, dM)
         sticks = law.memory == 1 and mode == STICK
         _carry(M, dM, S, dh if sticks else none, xs, now, scratch)
-        apply(M, 0, xs, now, n)
+        apply(M, xs, now, n)
         now = 1 - now
         zero_steps = zero_steps + 1 if after == t else 0
         t = after

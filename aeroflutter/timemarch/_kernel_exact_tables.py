@@ -44,8 +44,6 @@ class Tables(NamedTuple):
         end, M(1). Rows and columns are padded with zeros to multiples of four.
     flow
         Power coefficients of M(s), flattened by rows, (m, w, n (n+1)).
-    full
-        M(1), flattened by rows, (m, n (n+1)).
     generator
         [A_k, b], (m, n, n+1).
     noise
@@ -59,7 +57,6 @@ class Tables(NamedTuple):
     step: Array
     lines: Array
     flow: Array
-    full: Array
     generator: Array
     noise: Array
     d_flow: Array
@@ -255,14 +252,13 @@ def _economise_row(terms: Array, c: Array, convert: Array, out: Array, column: i
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sum(terms: Array, out: Array) -> None:
-    """The series at s = 1, flattened by rows; smallest terms first."""
+def _sum(terms: Array, out: Array, column: int) -> None:
+    """The series at s = 1, transposed, into `out` from a column on; smallest terms first."""
     n = terms.shape[1]
-    out[:] = 0.0
     for k in range(terms.shape[0] - 1, -1, -1):
         for i in range(n):
             for j in range(n + 1):
-                out[i * (n + 1) + j] += terms[k, i, j]
+                out[j, column + i] += terms[k, i, j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -307,7 +303,6 @@ def build(
         np.empty(m),
         np.zeros((m, padded(n + 1), 2 * SPACE + padded(n))),
         np.empty((m, WIDTH, size)),
-        np.empty((m, size)),
         np.empty((m, n, n + 1)),
         np.empty(n + 1),
         np.empty((m, wanted, size if wanted else 0)),
@@ -329,10 +324,7 @@ def build(
         _economise(terms, to_power, tables.flow[p])
         _economise_row(terms, c, to_bernstein, tables.lines[p], 0)
         _economise_row(terms, c, to_power, tables.lines[p], SPACE)
-        _sum(terms, tables.full[p])
-        for i in range(n):
-            for j in range(n + 1):
-                tables.lines[p, j, 2 * SPACE + i] = tables.full[p, i * (n + 1) + j]
+        _sum(terms, tables.lines[p], 2 * SPACE)
         if wanted:
             dG = np.empty((n, n + 1))
             for i in range(n):

@@ -271,8 +271,10 @@ class _Run:
     def _last(self, count: int) -> Array:
         """The last so many samples of pitch, or as many as are kept."""
         parts: list[Array] = []
-        while self.tail and sum(part.size for part in parts) < count:
-            parts.insert(0, self.tail.pop())
+        for part in reversed(self.tail):
+            parts.insert(0, part)
+            if sum(map(len, parts)) >= count:
+                break
         return np.concatenate(parts)[-count:]
 
     def response(self) -> Response:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,16 +33,12 @@ class Scheme:
         The second-order form of the system.
     dt
         Step Δτ.
-    decay, weights
-        New Duhamel integrals from themselves (n,) and from four λ, oldest first (n, 4).
     step
         The recurrence for the compiled loop.
     """
 
     form: SecondOrder
     dt: float
-    decay: Array
-    weights: Array
     step: Recurrence
 
     @classmethod
@@ -89,8 +86,6 @@ class Scheme:
         return cls(
             form=form,
             dt=dt,
-            decay=decay,
-            weights=weights,
             step=Recurrence(
                 q_q=_row(answer @ (form.damping @ v_old - a_old - np.outer(total, l_old))),
                 q_l=_row(-answer @ gain @ old),
@@ -105,6 +100,16 @@ class Scheme:
                 frozen=frozen,
             ),
         )
+
+    @cached_property
+    def decay(self) -> Array:
+        """New Duhamel integrals from themselves, (n,)."""
+        return np.array(self.step.j_j)
+
+    @cached_property
+    def weights(self) -> Array:
+        """New Duhamel integrals from four λ, oldest first, (n, 4)."""
+        return np.reshape(self.step.j_l, (-1, 4))
 
     def companion(self, stiffness: float = 1.0) -> Array:
         """One-step matrix with a linear spring, acting on [q(n-2) … q(n), λ(n-2) … λ(n), J(n)].

@@ -21,6 +21,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import scipy.linalg
 
 from aeroflutter.timemarch._kernel_exact_proofs import Proofs
 from aeroflutter.timemarch._kernel_exact_tables import balance
@@ -40,12 +41,13 @@ BASIS = 1e9  # condition beyond which eigenvectors are no basis to be trusted
 
 
 class Spectrum(NamedTuple):
-    """Eigenvalues of one piece, those below `small` being zero; vectors, and their inverse.
+    """Eigenvalues of a piece's matrix, those below `small` being zero; vectors, and their inverse.
 
     `scale` is what its coordinates are measured in. There is no inverse where the eigenvectors
     are no basis to be trusted.
     """
 
+    matrix: Array
     values: Any
     vectors: Any
     inverse: Any | None
@@ -56,10 +58,8 @@ class Spectrum(NamedTuple):
     def of(cls, A: Array) -> Spectrum:
         """Spectrum of A, (n, n)."""
         values, vectors = np.linalg.eig(A)
-        scale = balance(A)
-        return cls(
-            values, vectors, _inverse(vectors, scale), scale, float(ZERO * np.abs(values).max())
-        )
+        scale, small = balance(A), float(ZERO * np.abs(values).max())
+        return cls(A, values, vectors, _inverse(vectors, scale), scale, small)
 
     @property
     def unstable(self) -> bool:
@@ -88,25 +88,23 @@ def proofs_of(system: LureSystem, law: Law) -> Proofs:
     n = system.order
     slopes = np.array([1.0]) if law.memory else law.slopes
     inputs = [(0.0, 1.0)] if law.memory else [(-offset, 0.0) for offset in law.offsets]
-    pieces = {slope: np.asarray(system.closed(slope)) for slope in slopes.tolist()}
-    spectra = {slope: Spectrum.of(A) for slope, A in pieces.items()}
+    spectra = {slope: Spectrum.of(system.closed(slope)) for slope in set(slopes.tolist())}
     p = slopes.size
     decays, heads = np.zeros(p, dtype=np.int64), np.zeros((p, n), dtype=np.int64)
     rows, centre, rest = np.zeros((p, n, n)), np.zeros((p, 2, n)), np.zeros((p, 2))
     free = np.zeros((p, n))
     for i, slope in enumerate(slopes.tolist()):
-        A = pieces[slope]
         pushed = bool(np.any(inputs[i]))
-        decay = _decay(A, spectra[slope], system.c, pushed)
+        decay = _decay(spectra[slope], system.c, pushed)
         if decay is None:
             continue
         decays[i] = 1
         rows[i], heads[i], free[i] = decay
         if pushed:
-            push = -np.linalg.solve(A, system.b)
-            centre[i] = np.outer(inputs[i], push)
+            steady = -np.linalg.solve(spectra[slope].matrix, system.b)
+            centre[i] = np.outer(inputs[i], steady)
             rest[i] = centre[i] @ system.c
-    grows, against = _growth(pieces, spectra, system.b, law)
+    grows, against = _growth(spectra, system.b, law)
     unstable = spectra[slopes[0]].unstable or spectra[slopes[-1]].unstable
     return Proofs(decays, rows, heads, centre, rest, free, grows, against, int(unstable))
 
@@ -123,8 +121,8 @@ def _inverse(vectors: Any, scale: Array) -> Any | None:
     return inverse if condition < BASIS else None
 
 
-def _decay(A: Array, spectrum: Spectrum, c: Array, pushed: bool) -> Decay | None:
-    """Coordinates in which x' = A x decays, or stays if nothing pushes it; None if it may grow."""
+def _decay(spectrum: Spectrum, c: Array, pushed: bool) -> Decay | None:
+    """Coordinates in which a piece decays, or stays if nothing pushes it; None if it may grow."""
     values = spectrum.values
     neutral = np.abs(values) <= spectrum.small
     if (
@@ -135,7 +133,7 @@ def _decay(A: Array, spectrum: Spectrum, c: Array, pushed: bool) -> Decay | None
         return None
     if spectrum.inverse is not None:
         return _modal(c, spectrum, neutral)
-    return None if neutral.any() else _quadratic(A, c, spectrum.scale)
+    return None if neutral.any() else _quadratic(spectrum.matrix, c, spectrum.scale)
 
 
 def _modal(c: Array, spectrum: Spectrum, neutral: NDArray[np.bool_]) -> Decay:
@@ -164,8 +162,6 @@ def _quadratic(A: Array, c: Array, scale: Array) -> Decay | None:
     """One Lyapunov function, whose root is scaled by the largest y on its unit level."""
     n = c.size
     D = A * scale[None, :] / scale[:, None]
-    import scipy.linalg
-
     P = scipy.linalg.solve_continuous_lyapunov(D.T, -np.eye(n) * np.abs(D).max())
     P = 0.5 * (P + P.T)
     if np.linalg.eigvalsh(P).min() <= 0.0 or np.linalg.eigvalsh(D.T @ P + P @ D).max() >= 0.0:
@@ -177,9 +173,7 @@ def _quadratic(A: Array, c: Array, scale: Array) -> Decay | None:
     return Decay(rows, heads, np.zeros(n))
 
 
-def _growth(
-    pieces: dict[float, Array], spectra: dict[float, Spectrum], b: Array, law: Law
-) -> tuple[Array, Array]:
+def _growth(spectra: dict[float, Spectrum], b: Array, law: Law) -> tuple[Array, Array]:
     """Unstable coordinates of the outer piece and the size beyond which they grow for good."""
     n = b.size
     none = np.zeros((0, 2, n)), np.zeros(0)
@@ -196,7 +190,7 @@ def _growth(
         return none
     values, rows = spectrum.values, spectrum.inverse
     if rows is None:
-        values, vectors = np.linalg.eig(pieces[slope].T)
+        values, vectors = np.linalg.eig(spectrum.matrix.T)
         rows = vectors.T
     grows = (values.real > spectrum.small) & (values.imag >= 0.0)
     left = rows[grows]
