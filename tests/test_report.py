@@ -312,12 +312,12 @@ def opened(browser: Any, run14: Path) -> Any:
 
     browser.get_log("performance")
     browser.get(run14.as_uri())
-    ready = "return document.documentElement.dataset.ready"
-    WebDriverWait(browser, 60).until(lambda one: one.execute_script(ready) == "yes")
+    WebDriverWait(browser, 60).until(lambda one: one.execute_script(READY) == "yes")
     yield browser
     assert browser.get_log("browser") == []
 
 
+READY = "return document.documentElement.dataset.ready"
 PIXEL = """
 const plot = document.getElementById(arguments[0]);
 plot.scrollIntoView({block: "center"});
@@ -390,6 +390,57 @@ def test_a_click_on_a_curve_shows_its_cycle(opened: Any, data: dict[str, Any]) -
     assert shown["time"][-1] == pytest.approx(curve["period"][n], rel=1 / 200)
 
 
+RING = """
+const plot = document.getElementById("plot-curves");
+return plot._fullLayout.shapes.filter((one) => one.type === "circle")
+  .map((one) => [one.xanchor, one.yanchor]);
+"""
+FRAME = """
+const plot = document.getElementById("plot-map");
+return plot._fullLayout.shapes.map((one) => [one.x0, one.x1, one.y0, one.y1]);
+"""
+
+
+def test_the_choice_is_marked_and_the_mark_outlives_a_theme(
+    opened: Any, data: dict[str, Any]
+) -> None:
+    curve, grid = data["curves"][0], data["map"]
+    opened.execute_script("choosePoint(0, 3)")
+    opened.find_element("id", "theme").click()
+    assert opened.execute_script(RING) == [[curve["x"][3], curve["amplitude"][3]]]
+    assert opened.execute_script(FRAME) == []
+    opened.execute_script("chooseCell(2, 5)")
+    opened.find_element("id", "theme").click()
+    frames = opened.execute_script(FRAME)
+    assert opened.execute_script(RING) == []
+    assert len(frames) == 2  # light on dark, for it lies on any colour
+    for x0, x1, y0, y1 in frames:
+        assert [x for x in grid["x"]["values"] if x0 < x < x1] == [grid["x"]["values"][2]]
+        assert [y for y in grid["y"]["values"] if y0 < y < y1] == [grid["y"]["values"][5]]
+
+
+WATCH = """
+new MutationObserver(() => {
+  if (document.documentElement.dataset.ready !== "seen") return;
+  window.drawnFirst = figures().filter(isDrawn);
+}).observe(document, { attributes: true, subtree: true, attributeFilter: ["data-ready"] });
+"""
+
+
+def test_what_is_in_view_is_drawn_first(opened: Any) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    watch = opened.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})
+    opened.execute_script("scrollTo(0, 0)")
+    opened.refresh()
+    opened.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", watch)
+    WebDriverWait(opened, 60).until(lambda one: one.execute_script(READY) == "yes")
+    drawn = opened.execute_script("return window.drawnFirst")
+    assert drawn == opened.execute_script("return figures().filter(inView)")
+    assert 0 < len(drawn) < 5
+    assert opened.execute_script("return figures().every(isDrawn)")
+
+
 def test_keys_reach_everything(opened: Any, data: dict[str, Any]) -> None:
     from selenium.webdriver.common.keys import Keys
 
@@ -443,6 +494,17 @@ def test_nothing_is_wider_than_the_window(opened: Any, width: int) -> None:
         assert opened.execute_script("return document.documentElement.scrollWidth") <= width
     finally:
         opened.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_paper_is_light_whatever_the_theme(opened: Any) -> None:
+    ink = "return document.getElementById('plot-map')._fullLayout.font.color"
+    light = opened.execute_script(ink)
+    opened.find_element("id", "theme").click()
+    dark = opened.execute_script(ink)
+    opened.execute_script("dispatchEvent(new Event('beforeprint'))")
+    assert opened.execute_script(ink) == light != dark
+    opened.execute_script("dispatchEvent(new Event('afterprint'))")
+    assert opened.execute_script(ink) == dark
 
 
 def test_it_prints(opened: Any) -> None:

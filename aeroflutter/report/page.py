@@ -62,15 +62,14 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
     plotly : str
         From `plotly_source`; it is put in compressed, for it is by far the largest part.
     """
-    parts = {name: files(__package__).joinpath(f"page.{name}") for name in ("html", "css", "js")}
-    text = {name: part.read_text(encoding="utf-8") for name, part in parts.items()}
+    text = {name: files(__package__).joinpath(name).read_text(encoding="utf-8") for name in _PARTS}
     packed = gzip.compress(plotly.encode(), 9, mtime=0)
     drawn = {key: content[key] for key in content if key not in _WRITTEN}
-    return Template(text["html"]).substitute(
+    return Template(text["page.html"]).substitute(
         title=escape(content["title"]),
         version=escape(__version__),
-        style=_colours() + text["css"],
-        script=text["js"],
+        style=_colours() + text["page.css"],
+        script=text["figures.js"] + text["page.js"],
         plotly=base64.b64encode(packed).decode("ascii"),
         data=_json(drawn),
         sketch=sketch(case.section, case.spring.kind),
@@ -84,6 +83,7 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
     )
 
 
+_PARTS = ("page.html", "page.css", "figures.js", "page.js")
 _WRITTEN = ("facts", "notes", "section", "case")  # in the page's text, not in its data
 
 

@@ -1,0 +1,279 @@
+"use strict";
+// The figures of a report, from `data`, which is all there is to show. One script with page.js.
+
+const METHODS = { df: "describing function", hb: "harmonic balance", exact: "exact" };
+const SYMBOLS = {
+  fold: "circle", corner: "triangle-down", "symmetry-breaking": "square",
+  "period-doubling": "diamond", "neimark-sacker": "star", grazing: "x-thin-open",
+};
+const CONFIG = { responsive: true, displayModeBar: false };
+const COARSE = window.matchMedia("(pointer: coarse)").matches; // a finger scrolls, it does not zoom
+const FONT = getComputedStyle(document.body).fontFamily;
+
+const byId = (id) => document.getElementById(id);
+const data = JSON.parse(byId("data").textContent);
+const toPage = data.map.x.scale; // from the map's speeds to those of the page
+let chosen = null; // the cell, point or bifurcation whose motion is shown
+
+// ---------------------------------------------------------------- colours and layouts
+
+const colours = new Map(); // of the theme at hand: asking the page makes it lay itself out anew
+
+/** A property of the page's style as a colour that plotly understands. */
+function colour(name) {
+  if (!colours.has(name)) {
+    const probe = byId("problem");
+    probe.style.color = `var(--${name})`;
+    colours.set(name, getComputedStyle(probe).color);
+    probe.style.color = "";
+  }
+  return colours.get(name);
+}
+
+function axis(title, more = {}) {
+  return { title: { text: title, standoff: 6, font: { size: 13 } }, gridcolor: colour("grid"),
+    zerolinecolor: colour("rule"), linecolor: colour("rule"), ...more };
+}
+
+function draw(id, traces, x, y, more = {}) {
+  const layout = {
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+    font: { color: colour("ink"), size: 12, family: FONT },
+    margin: { l: 52, r: 12, t: 30, b: 44 }, hovermode: "closest",
+    dragmode: COARSE ? false : "zoom", showlegend: false,
+    hoverlabel: { bgcolor: colour("panel"), bordercolor: colour("rule"),
+      font: { color: colour("ink") }, align: "left" },
+    legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size: 12 } },
+    xaxis: x, yaxis: y, ...more,
+  };
+  return Plotly.react(id, traces, layout, CONFIG);
+}
+
+const heading = (text) => ({ title: { text, font: { size: 14 }, x: 0.02, xanchor: "left" } });
+const html = (text) => text.replace("U*_L", "U*<sub>L</sub>");
+const number = (value, digits = 5) =>
+  value === null || !Number.isFinite(value) ? "–" : String(+value.toPrecision(digits));
+
+function speedLine(speed, name) {
+  return [
+    { type: "line", x0: speed, x1: speed, yref: "paper", y0: 0, y1: 1,
+      line: { color: colour("faint"), width: 1, dash: "dot" } },
+    { x: speed, yref: "paper", y: 1, text: name, showarrow: false, textangle: -90,
+      xanchor: "right", yanchor: "top", font: { size: 11, color: colour("faint") } },
+  ];
+}
+
+function marks(pairs) {
+  const lines = pairs.filter(([speed]) => speed !== null).map((pair) => speedLine(...pair));
+  return { shapes: lines.map((one) => one[0]), annotations: lines.map((one) => one[1]) };
+}
+
+// ---------------------------------------------------------------- section and linear flutter
+
+const MODES = ["exact", "df", "hb", "other"];
+
+function drawSpring() {
+  const { pitch, moment } = data.spring;
+  draw("plot-spring", [{ x: pitch, y: moment, mode: "lines",
+    line: { color: colour("line-exact"), width: 2 },
+    hovertemplate: "pitch %{x:.4g}°<br>moment %{y:.4g}°<extra></extra>" }],
+    axis("pitch (deg)"), axis("restoring moment (deg)"), heading("spring"));
+}
+
+function drawLocus() {
+  const { speeds, modes, crossings, flutter, divergence } = data.locus;
+  const each = (x, y, template) => modes.map((mode, n) => ({
+    x: typeof x === "string" ? mode[x] : x, y: mode[y], mode: "lines", name: `mode ${n + 1}`,
+    customdata: speeds, line: { color: colour(`line-${MODES[n % 4]}`), width: 2 },
+    hovertemplate: template }));
+  const growing = crossings.filter((one) => one.growing);
+  const top = flutter === null ? undefined : 3 * growing[0].k;
+  const seen = modes.flatMap((mode) => mode.re.filter((re, i) =>
+    re !== null && (top === undefined || mode.im[i] < top)));
+  const [low, high] = [Math.min(...seen, 0), Math.max(...seen, 0)];
+  const pad = 0.12 * (high - low || 1);
+  draw("plot-locus", [
+    ...each("re", "im", "U* = %{customdata:.5g}<br>Re p = %{x:.4g}<br>Im p = %{y:.4g}"),
+    { x: growing.map(() => 0), y: growing.map((one) => one.k), mode: "markers", name: "flutter",
+      customdata: growing.map((one) => one.speed),
+      marker: { symbol: "x", size: 9, color: colour("ink") },
+      hovertemplate: "U* = %{customdata:.6g}<br>k = %{y:.5g}" },
+  ], axis("Re p", { range: [low - pad, high + pad] }),
+  axis("Im p", top ? { range: [0, top] } : { rangemode: "tozero" }), heading("root locus"));
+  const shown = marks([[flutter, "flutter"],
+    [divergence !== null && divergence < Math.max(...speeds) ? divergence : null, "divergence"]]);
+  draw("plot-frequency", each(speeds, "frequency", "U* = %{x:.5g}<br>ω/ω<sub>α</sub> = %{y:.5g}"),
+    axis("airspeed U*"), axis("frequency ω/ω<sub>α</sub>", { rangemode: "tozero" }),
+    { ...heading("frequency"), ...shown });
+  draw("plot-damping", each(speeds, "damping", "U* = %{x:.5g}<br>damping %{y:.4g}"),
+    axis("airspeed U*"), axis("damping ratio"), { ...heading("damping"), ...shown });
+}
+
+// ---------------------------------------------------------------- limit cycles
+
+const WIDTHS = { df: 5, hb: 3, exact: 1.6 };
+
+/** The curve twice, stable and unstable points; neighbours are kept, so that lines join up. */
+function halves(curve, n) {
+  return [true, false].map((wanted) => {
+    const mine = curve.stable.map((stable, i) => stable === wanted ||
+      (wanted === false && [i - 1, i + 1].some((j) => curve.stable[j] === wanted)));
+    return { x: curve.x, y: curve.amplitude.map((value, i) => (mine[i] ? value : null)),
+      mode: "lines", name: METHODS[curve.method], legendgroup: curve.method,
+      showlegend: wanted && data.curves.findIndex((one) => one.method === curve.method) === n,
+      customdata: curve.x.map((_, i) => [n, i, curve.period[i], curve.bias[i], band(curve, i)]),
+      line: { color: colour(`line-${curve.method}`), width: WIDTHS[curve.method],
+        dash: wanted ? "solid" : "dash" },
+      opacity: curve.method === "exact" ? 1 : 0.75,
+      hovertemplate: `${METHODS[curve.method]}, ${wanted ? "stable" : "unstable"}<br>` +
+        "speed %{x:.6g}<br>amplitude %{y:.5g}°<br>bias %{customdata[3]:.4g}°<br>" +
+        "period %{customdata[2]:.5g}%{customdata[4]}<extra></extra>" };
+  }).filter((trace) => trace.y.some((value) => value !== null) || trace.showlegend);
+}
+
+function band(curve, i) {
+  const found = curve.band && curve.band[i];
+  if (!found || found[0] === null) return "";
+  return `<br>proved: speed within ${number(found[0], 6)} to ${number(found[1], 6)}`;
+}
+
+function outlines() {
+  return data.curves.filter((curve) => curve.outline && curve.outline.x.length).map((curve, n) => ({
+    x: curve.outline.x, y: curve.outline.y, mode: "lines", fill: "toself", hoverinfo: "skip",
+    fillcolor: colour("shade-df"), line: { width: 0 }, name: "proved band", legendgroup: "band",
+    showlegend: n === 0 }));
+}
+
+function bifurcations() {
+  return Object.keys(SYMBOLS).map((kind) => {
+    const found = data.events.map((event, n) => ({ ...event, n })).filter((e) => e.kind === kind);
+    return { x: found.map((e) => e.x), y: found.map((e) => e.amplitude), mode: "markers", name: kind,
+      customdata: found.map((e) => [-1, e.n, e.period]),
+      marker: { symbol: SYMBOLS[kind], size: 9, color: colour("ink"),
+        line: { color: colour("paper"), width: kind === "grazing" ? 2 : 1 } },
+      hovertemplate: `${kind}<br>speed %{x:.7g}<br>amplitude %{y:.5g}°<br>` +
+        "period %{customdata[2]:.5g}<extra></extra>" };
+  }).filter((trace) => trace.x.length);
+}
+
+function drawCurves() {
+  const traces = [...outlines(), ...data.curves.flatMap(halves), ...bifurcations()];
+  draw("plot-curves", traces, axis(html(data.axis.label), { range: data.view.x || undefined }),
+    axis("pitch amplitude (deg)", { range: data.view.y || undefined }),
+    { showlegend: true, margin: { l: 52, r: 12, t: 10, b: 44 }, uirevision: "curves",
+      annotations: linearFlutter().annotations, shapes: curveShapes() });
+}
+
+const linearFlutter = () =>
+  marks([[data.axis.key === "speed_ratio" ? 1 : null, "linear flutter"]]);
+
+/** The flutter speed, and a ring around the chosen point. */
+function curveShapes() {
+  const ring = ({ x, amplitude }) => ({ type: "circle", xsizemode: "pixel", ysizemode: "pixel",
+    xanchor: x, yanchor: amplitude, x0: -8, x1: 8, y0: -8, y1: 8,
+    line: { color: colour("focus"), width: 3 } });
+  return [...linearFlutter().shapes, ...(chosen && chosen.kind !== "cell" ? [ring(chosen)] : [])];
+}
+
+// ---------------------------------------------------------------- flutter map
+
+const MAPPED = ["damped", "aperiodic", "divergent", "undecided", "failed"];
+
+/** A grid (columns of rows, as it comes) turned for plotly, which wants rows of columns. */
+const turned = (values, pick) =>
+  data.map.y.values.map((_, j) => data.map.x.values.map((_, i) => pick(values[i][j], i, j)));
+const across = () => data.map.x.values.map((value) => value * toPage);
+const stateOf = (code) => (code < 0 ? "failed" : data.map.states[code]);
+
+function drawMap() {
+  const { y, state, amplitude } = data.map;
+  const codes = turned(state, (code) => {
+    const place = MAPPED.indexOf(stateOf(code));
+    return place < 0 ? null : place;
+  });
+  const steps = MAPPED.flatMap((name, n) =>
+    [[n / 5, colour(`state-${name}`)], [(n + 1) / 5, colour(`state-${name}`)]]);
+  const words = turned(state, (code, i, j) => cellWords(i, j).replaceAll("; ", "<br>"));
+  const common = { x: across(), y: y.values, type: "heatmap", xgap: 1, ygap: 1, text: words,
+    hovertemplate: "%{text}<extra></extra>", hoverongaps: false };
+  const cycles = turned(amplitude, (value, i, j) =>
+    stateOf(state[i][j]) === "lco" ? Math.log10(value) : null);
+  const some = cycles.flat().some((value) => value !== null);
+  const ticks = [-2, -1, 0, 1, 2].flatMap((power) => [1, 1.5, 2, 3, 5, 7].map((n) => n * 10 ** power));
+  draw("plot-map", [
+    { ...common, z: codes, zmin: -0.5, zmax: 4.5, colorscale: steps, showscale: false },
+    { ...common, z: cycles, colorscale: "Viridis", showscale: some,
+      colorbar: { tickvals: ticks.map(Math.log10), ticktext: ticks.map((value) => number(value, 2)),
+        title: { text: "amplitude (deg)", side: "right", font: { size: 12 } },
+        thickness: 12, outlinewidth: 0, tickfont: { size: 11 } } },
+  ], axis(html(data.axis.label), { showgrid: false, zeroline: false }),
+  axis(y.label, { showgrid: false, zeroline: false }),
+  { shapes: mapShapes(), margin: { l: 52, r: 12, t: 8, b: 44 }, uirevision: "map" });
+}
+
+function edges(values, i) {
+  const [before, after] = [i > 0 ? i - 1 : i, i < values.length - 1 ? i + 1 : i];
+  const half = (values[after] - values[before]) / (2 * (after - before || 1)) || 0.05;
+  return [values[i] - half, values[i] + half];
+}
+
+/** A frame around the chosen cell that is seen on any colour. */
+function mapShapes() {
+  if (!chosen || chosen.kind !== "cell") return [];
+  const [[x0, x1], [y0, y1]] = [edges(across(), chosen.i), edges(data.map.y.values, chosen.j)];
+  return [["paper", 6], ["ink", 2.5]].map(([name, width]) =>
+    ({ type: "rect", x0, x1, y0, y1, line: { color: colour(name), width } }));
+}
+
+function cellWords(i, j) {
+  const { x, y, state, amplitude, bias, period, rest, decided } = data.map;
+  const name = stateOf(state[i][j]);
+  const where = `speed ${number(x.values[i] * toPage)}, initial pitch ${number(y.values[j])}°`;
+  const small = Math.abs(bias[i][j]) < 1e-6 * Math.abs(amplitude[i][j]) ? 0 : bias[i][j];
+  const end = {
+    lco: `limit cycle of amplitude ${number(amplitude[i][j])}°, bias ${number(small)}°, ` +
+      `period ${number(period[i][j])}`,
+    damped: `damped, rests at ${number(rest[i][j], 3)}°`,
+    aperiodic: `aperiodic, amplitude about ${number(amplitude[i][j], 3)}°`,
+  }[name] || name;
+  return `${where}; ${end}; certain after τ = ${number(decided[i][j], 4)}`;
+}
+
+// ---------------------------------------------------------------- the chosen motion
+
+function drawMotion() {
+  const whole = motion(chosen.motion);
+  const cycle = chosen.settled < 0 ? null : motion(chosen.settled);
+  const line = (name) => ({ color: colour(name), width: 1.5, shape: "spline", smoothing: 0.7 });
+  const trace = (key, name, more) => ({ x: whole.time, y: whole[key], mode: "lines", name: key,
+    line: line(name), ...more });
+  draw("plot-traces", [
+    trace("pitch", "line-exact", { hovertemplate: "τ = %{x:.5g}<br>pitch %{y:.5g}°<extra></extra>" }),
+    trace("heave", "line-other", { yaxis: "y2",
+      hovertemplate: "τ = %{x:.5g}<br>heave %{y:.5g}<extra></extra>" }),
+  ], axis("time τ", { anchor: "y2" }), axis("pitch (deg)", { domain: [0.54, 1] }),
+  { yaxis2: axis("heave ξ = h/b", { domain: [0, 0.46] }), margin: { l: 68, r: 12, t: 8, b: 44 },
+    shapes: cycle ? reach(cycle.pitch) : [] });
+  const path = (values, width, opacity, name) => ({ x: values.pitch, y: values.moment, opacity,
+    mode: "lines", name, line: { color: colour("line-exact"), width },
+    hovertemplate: "pitch %{x:.5g}°<br>moment %{y:.5g}°<extra></extra>" });
+  const paths = cycle
+    ? [path(whole, 1, 0.45, "from the start"), path(cycle, 2.6, 1, "limit cycle")]
+    : [path(whole, chosen.kind === "cell" ? 1.2 : 2.2, 1, "path")];
+  const seen = (key) => (cycle ? { range: around(cycle[key]) } : {});
+  draw("plot-path", paths, axis("pitch (deg)", seen("pitch")),
+    axis("restoring moment (deg)", seen("moment")),
+    { showlegend: Boolean(cycle), margin: { l: 52, r: 12, t: 10, b: 44 } });
+}
+
+/** Limits in which a cycle fills half the frame. */
+function around(values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  return [1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low];
+}
+
+/** Dotted lines between which the settled cycle swings. */
+function reach(pitch) {
+  return [Math.min(...pitch), Math.max(...pitch)].map((y) => ({ type: "line", xref: "paper",
+    x0: 0, x1: 1, y0: y, y1: y, line: { color: colour("faint"), width: 1, dash: "dot" } }));
+}
