@@ -216,6 +216,55 @@ def test_preloaded_freeplay_of_price_alighanbari_and_lee() -> None:
     assert max(abs(cycle.bias) for cycle in found.families[0].cycles) > 0.1
 
 
+# --- families that no other family leads to ------------------------------------------------------
+
+
+def test_isolated_cycles_of_run_103_exist() -> None:
+    """A closed curve of symmetric cycles far below the fold of Chung, He & Lee, on which few
+    motions from rest end: checked by DOP853, and by a motion that ends there."""
+    case = load_case("run103")
+    found = branch("run103")
+    assert found.onset is not None
+    isolated = next(f for f in found.families if any("closes" in stop for stop in f.stopped))
+    assert isolated.symmetric
+    assert abs(found.onset.cycle.speed_ratio - min(c.speed_ratio for c in isolated.cycles)) < 1e-12
+    assert found.onset.cycle.speed_ratio < 0.6
+    for wanted in (True, False):
+        cycle = next(c for c in isolated.cycles if c.stable is wanted)
+        worst = max(1.0, float(np.abs(cycle.multipliers).max()))
+        assert misses(case.family(), case.spring, cycle) < 1e-10 * worst
+    cycle = next(c for c in isolated.cycles if c.stable and np.abs(c.multipliers[1:]).max() < 0.9)
+    prepared = Prepared.of(case.family().at(cycle.speed), case.spring)
+    end = end_state(prepared, 1.01 * cycle.state, 1.01 * cycle.memory)
+    assert end.state == "lco"
+    assert abs(end.amplitude / cycle.amplitude - 1.0) < 1e-8
+
+
+def test_period_two_motion_of_price_alighanbari_and_lee() -> None:
+    """Price, Alighanbari & Lee 1995 report period-2 motion for 0.75-0.80 of U*_L and none from
+    there to 0.83 (from one initial pitch, in steps of 0.01). Price 1994 gives its frequency with
+    a flat of no slope as 0.335 omega_alpha at 0.79, in three digits."""
+    options = CycleOptions(depth=0)
+    found = limit_cycles(section(0.2), Bilinear(0.25, 0.05, 0.25, 0.5), options)
+    isolated = next(f for f in found.families if any("closes" in stop for stop in f.stopped))
+    ratios = [cycle.speed_ratio for cycle in isolated.cycles if cycle.stable]
+    assert min(ratios) < 0.75
+    assert 0.80 < max(ratios) < 0.81
+    speed = 0.79 * found.flutter_speed
+    (stable,) = (
+        cycle
+        for cycle in cycles_at(section(0.2), Bilinear(0.25, 0.0, 0.25, 0.5), speed, options).cycles
+        if cycle.stable
+    )
+    assert abs(stable.k * speed - 0.335) < 0.0005
+
+
+def test_no_family_stands_still_where_the_memory_meets_a_stop() -> None:
+    """Newton's method seems to converge there on either side of a corner, with steps that lead
+    nowhere, until the walk has taken all the steps it may."""
+    assert "could not be followed further" not in " ".join(branch("run101").notes)
+
+
 # --- invariances ---------------------------------------------------------------------------------
 
 

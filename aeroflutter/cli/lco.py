@@ -50,8 +50,8 @@ def lco(
     ] = 2,
     simulations: Annotated[
         int,
-        Parameter(help="Initial pitches, at each of ten speeds, that look for isolated families."),
-    ] = 6,
+        Parameter(help="Motions, at each of sixty speeds, that look for isolated families."),
+    ] = 60,
     df: Annotated[
         bool, Parameter(negative=(), help="With --plot: the describing function as well.")
     ] = False,

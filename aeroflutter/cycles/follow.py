@@ -46,6 +46,7 @@ Array = NDArray[np.float64]
 _GROWTH = 1.6  # a leg ends when the cycle has grown or shrunk by this
 _SAME = 1e-6  # relative difference between two measurements of one cycle
 _CLOSE = 1e-11  # closure of a cycle
+_CRAWL = 1e-8  # a step this short that does not close stands at a corner
 _BEYOND = 1e-4  # first step beyond a corner: another part of the curve may be near
 _COINCIDE = 1e-6  # distance within which a corner and a change of sequence are one event
 
@@ -188,6 +189,9 @@ def _walk(
         if cycle.switches == 0:
             strand.places.pop()
             strand.stop = _LINEAR
+            return state.x, state.tangent
+        if cycle.closure > _CLOSE and state.arclength - old.arclength < _CRAWL:
+            strand.stop = STALLED
             return state.x, state.tangent
         watch(cycle)
         strand.stop = _limit(leg, cycle, options) or _named(leg, walk.stop)

@@ -31,8 +31,8 @@ class CycleOptions:
     depth
         Rounds of branch switching at symmetry-breakings and period-doublings.
     simulations
-        Initial conditions, at each of several speeds, from which the exact engine looks for cycles
-        that no other seed leads to; 0 leaves that out.
+        Motions, at each of sixty speeds, by which the exact engine looks for cycles that no other
+        seed leads to; 0 leaves that out.
     step, max_step
         First and largest step along a family, in units of the cycle's own size.
     max_states
@@ -50,7 +50,7 @@ class CycleOptions:
     largest: float = 50.0
     points: int = 200
     depth: int = 2
-    simulations: int = 6
+    simulations: int = 60
     step: float = 0.02
     max_step: float = 0.12
     max_states: int = 1000

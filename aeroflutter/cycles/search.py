@@ -25,7 +25,7 @@ from aeroflutter.cycles.loop import Loop
 from aeroflutter.cycles.measure import Frame, cycle_at
 from aeroflutter.cycles.options import CycleOptions
 from aeroflutter.cycles.result import Cycle, LimitCycles
-from aeroflutter.cycles.seeds import converged, end_seeds, mirrors, sinusoid
+from aeroflutter.cycles.seeds import converged, end_seeds, mirrors, sinusoid, starts
 from aeroflutter.cycles.shooting import Shooting
 from aeroflutter.cycles.spectrum import critical_vector
 from aeroflutter.describing import DescribingCurve, DescribingOptions, describing_curve
@@ -43,8 +43,9 @@ _DF_POINTS = 16  # cycles of each describing-function family that are tried as s
 _ASIDE = 1e-3  # step onto a branch, in sizes of the cycle
 _TRIES = 4  # cycles of a strand from which its other side is tried
 _NEAR = 0.02  # relative difference within which a family ends at a bifurcation
-_SPEEDS = 10  # at which the exact engine looks for cycles
-_AMPLITUDES = (0.6, 12.0)  # of initial y there, in units of the spring's scale
+_SPEEDS = 60  # at which the exact engine looks for cycles
+_NEUTRAL = 3e-3  # of U*/U*_L about one, where it does not
+_THERE = 4  # times as many motions at a speed that is asked for
 
 
 def limit_cycles(
@@ -115,6 +116,7 @@ class Search:
         self.families: list[Family] = []
         self.notes: list[str] = []
         self._seeds = 0
+        self._rng = np.random.default_rng(0)  # one search is like another
         self._entered: set[tuple[float, float]] = set()
         simple = _piecewise(spring)
         point = flutter_point(family)
@@ -198,18 +200,22 @@ class Search:
             yield _Seed(z, 2 * np.pi / k, speed, symmetric, "describing function")
 
     def _simulated_seeds(self, speed: float | None) -> Iterator[_Seed]:
-        low, high = self.options.limits(self.frame)
-        top = min(high, 0.995) if self.frame.flutter else high
-        scale = self.frame.loop.spring.scale
-        amplitudes = scale * np.geomspace(*_AMPLITUDES, self.options.simulations)
-        speeds = [float(ratio * self.frame.reference) for ratio in np.linspace(low, top, _SPEEDS)]
-        for one in speeds if speed is None else [speed, *speeds]:
-            yield from self.simulated(one, amplitudes)
+        """Where motions end that start anywhere, at speeds all over the range.
 
-    def simulated(self, speed: float, amplitudes: Array) -> Iterator[_Seed]:
-        """The attracting cycles at a speed that motions from some initial y end on."""
-        middle = 0.5 * sum(self.frame.loop.spring.span())
-        for z, period in end_seeds(self.frame, speed, middle + amplitudes):
+        The outer branch is neutral at the flutter speed itself: nothing settles there.
+        """
+        low, high = self.options.limits(self.frame)
+        count = self.options.simulations
+        if speed is not None:
+            yield from self.simulated(speed, _THERE * count)
+        for ratio in np.linspace(low, high, _SPEEDS):
+            if self.frame.flutter is None or abs(ratio - 1.0) > _NEUTRAL:
+                yield from self.simulated(float(ratio * self.frame.reference), count)
+
+    def simulated(self, speed: float, count: int) -> Iterator[_Seed]:
+        """The attracting cycles at a speed that so many motions end on."""
+        states = starts(self.frame, speed, count, self._rng)
+        for z, period in end_seeds(self.frame, speed, states):
             about = mirrors(self.frame, z, period, speed) if self.frame.centre.odd else None
             yield _Seed(
                 z if about is None else about, period, speed, about is not None, "simulation"

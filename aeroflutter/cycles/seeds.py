@@ -17,7 +17,7 @@ from aeroflutter.springs import Hysteresis
 from aeroflutter.timemarch.endstates import EndOptions, end_states
 from aeroflutter.timemarch.prepared import Prepared
 
-__all__ = ["converged", "end_seeds", "mirrors", "sinusoid"]
+__all__ = ["converged", "end_seeds", "mirrors", "sinusoid", "starts"]
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,9 @@ _FRACTIONS = (2, 3, 5, 7)
 _SHORTEST = 1e-3  # of the guess's period: what returns sooner still does not move
 _MIRROR = 1e-5  # relative difference below which a simulated motion mirrors itself
 _SAMPLES = 256
+_SIZES = (0.3, 12.0)  # of motions that are simulated, in units of the spring's scale
+_PATIENCE = 200.0  # longest of them, in periods of linear flutter
+_SEEN = 1e-6  # least pitch of a mode of unit size that is started in
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and U/U_ref
 _NEWTON = 12  # iterations
 _REST = 0.05  # of the size of the guess: what shrinks below it has come to rest
@@ -58,24 +61,42 @@ def _start(loop: Loop, amplitude: float, bias: float) -> tuple[float, float]:
     return float(np.arccos(np.clip((memory + spring.v_off - bias) / amplitude, -1, 1))), memory
 
 
-def end_seeds(
-    frame: Frame, speed: float, amplitudes: Array, options: EndOptions | None = None
-) -> Iterator[tuple[Array, float]]:
-    """Points and periods of the attracting cycles that motions from rest at some y end on.
+def starts(frame: Frame, speed: float, count: int, rng: np.random.Generator) -> Array:
+    """Initial states about the centre, (count, n), sizes spread evenly over `_SIZES`.
+
+    One in three is at rest at some y; the others move in the modes that the loop has with a spring
+    of unit slope, at any phases. Basins that no start at rest lies in are reached that way.
+    """
+    loop, c = frame.loop, frame.loop.family.c
+    low, high = np.log(loop.spring.scale * np.array(_SIZES))
+    sizes = np.exp(low + (high - low) * rng.permutation((np.arange(count) + 0.5) / count))
+    still = np.arange(count) % 3 == 0
+    A, b = loop.family.stack(speed)
+    values, modes = np.linalg.eig(A - np.outer(b, c))
+    modes = modes[:, (values.imag > 0) & (np.abs(c @ modes) > _SEEN)]
+    modes = modes / (c @ modes)
+    shape = count, modes.shape[1]
+    weights = rng.random(shape) * np.exp(2j * np.pi * rng.random(shape))
+    sides = np.where(rng.random(count) < 0.5, -1.0, 1.0)
+    rest = np.outer(sides, c) / (c @ c)
+    moving = (weights @ modes.T).real
+    middle = 0.5 * sum(loop.spring.span()) * c / (c @ c)
+    return np.asarray(middle + sizes[:, None] * np.where(still[:, None], rest, moving))
+
+
+def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array, float]]:
+    """Points and periods of the attracting cycles that motions end on before long.
 
     Parameters
     ----------
-    amplitudes
-        Initial y, radians about the centre.
+    states : float array (N, n)
+        Where the motions start, about the centre.
     """
     loop = frame.loop
-    system = loop.family.at(speed)
-    prepared = Prepared.of(system, loop.spring)
-    c = loop.family.c
-    states = amplitudes[:, None] * c / (c @ c)
-    memory = loop.spring.initial_memory(amplitudes)
-    ends = end_states(prepared, states, memory, options or EndOptions(cycles=200, patience=10),
-                      share=True)  # fmt: skip
+    prepared = Prepared.of(loop.family.at(speed), loop.spring)
+    memory = loop.spring.initial_memory(states @ loop.family.c)
+    options = EndOptions(cycles=200, patience=10, duration=_PATIENCE * frame.period)
+    ends = end_states(prepared, states, memory, options, share=True)
     for z, period, loops in zip(ends.cycles.z, ends.cycles.period, ends.cycles.loops, strict=True):
         if loops > 0:
             yield (z if loop.memory else z[: loop.n]).copy(), float(period)
