@@ -15,6 +15,8 @@ import pytest
 
 from aeroflutter.case import Case, load_case
 from aeroflutter.cli import main
+from aeroflutter.errors import ConvergenceError
+from aeroflutter.report import ReportOptions, analyse, gather, render
 from aeroflutter.report.motions import LEVELS, Motions, harmonic_motion, marched
 from aeroflutter.rootlocus import flutter_point
 from aeroflutter.springs import Linear
@@ -217,6 +219,36 @@ def test_tables_say_what_the_figures_show(run14: Path, data: dict[str, Any]) -> 
     assert body.count("<tr>") == points
     letters = page[page.index('id="table-map"') :].count("<td>L</td>")
     assert letters == data["map"]["counts"]["lco"]
+
+
+def test_a_long_list_of_notes_is_folded() -> None:
+    case, few, many = load_case("naca496"), ["a", "b"], [*"abcde<"]
+    options = ReportOptions(speed_ratios=np.array([0.9, 1.1]), pitches_deg=np.array([3.0]))
+    content = gather(analyse(case, options))
+    assert "<details>" not in noted(render(case, content | {"notes": few}, ""))
+    page = noted(render(case, content | {"notes": many}, ""))
+    assert page.index("<li>c</li>") < page.index("<summary>3 more</summary>") < page.index("&lt;")
+
+
+def test_all_cycles_are_in_view_and_a_method_that_fails_is_a_note(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Run 103 has cycles that only the exact search knows, at lower speeds than the others."""
+
+    def fails(*_: object) -> None:
+        raise ConvergenceError("too few")
+
+    monkeypatch.setattr("aeroflutter.report.analyses.harmonic_families", fails)
+    page = written(tmp_path, "run103", "--speed-ratio", "0.6", "--alpha-deg", "3")
+    found = carried(page)
+    assert "<li>Harmonic balance: too few.</li>" in page
+    assert {curve["method"] for curve in found["curves"]} == {"df", "exact"}
+    assert found["view"]["x"][0] < min(min(curve["x"]) for curve in found["curves"])
+
+
+def noted(page: str) -> str:
+    """The list of notes of a page."""
+    return page[page.index('id="notes"') : page.index('<div class="three">')]
 
 
 # ------------------------------------------------------------------------ other cases, bad input

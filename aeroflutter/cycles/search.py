@@ -332,7 +332,8 @@ class Search:
                 self.frame, shooting, q, along, self.options, half=half, watch=self.watch
             )
         except ConvergenceError as error:
-            self.notes.append(f"the branch at the {name} could not be entered: {error}")
+            reason = str(error).partition(" near x = ")[0]
+            self.notes.append(f"the branch at the {name} could not be entered: {reason}")
             return
         if self.known(strand.middle.cycle):
             return

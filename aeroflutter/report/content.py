@@ -307,6 +307,7 @@ def _view(found: Analyses) -> dict[str, Any]:
     points = [
         *_points(found.curve, found.unit),
         *((b.speed / found.unit, np.degrees(b.amplitude)) for b in found.branches),
+        *_exact_points(found),
     ]
     if not points:
         return {"x": None, "y": None}
@@ -330,6 +331,14 @@ def _points(curve: Any, unit: float) -> Sequence[tuple[Array, Array]]:
     if curve is None or not curve.amplitude.size:
         return []
     return [(curve.speed / unit, np.degrees(curve.amplitude))]
+
+
+def _exact_points(found: Analyses) -> Sequence[tuple[Array, Array]]:
+    cycles = found.cycles.cycles if found.cycles else ()
+    if not cycles:
+        return []
+    x, y = np.array([(cycle.speed, cycle.amplitude) for cycle in cycles]).T
+    return [(x / found.unit, np.degrees(y))]
 
 
 def _map(found: Analyses, motions: Motions) -> dict[str, Any]:

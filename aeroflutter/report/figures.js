@@ -236,7 +236,8 @@ function cellWords(i, j) {
     damped: `damped, rests at ${number(rest[i][j], 3)}°`,
     aperiodic: `aperiodic, amplitude about ${number(amplitude[i][j], 3)}°`,
   }[name] || name;
-  return `${where}; ${end}; certain after τ = ${number(decided[i][j], 4)}`;
+  const known = name === "undecided" ? "marched to" : "certain after";
+  return `${where}; ${end}; ${known} τ = ${number(decided[i][j], 4)}`;
 }
 
 // ---------------------------------------------------------------- the chosen motion

@@ -84,6 +84,7 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
 
 
 _PARTS = ("page.html", "page.css", "figures.js", "page.js")
+_SHOWN = 3  # notes that are never folded
 _WRITTEN = ("facts", "notes", "section", "case")  # in the page's text, not in its data
 
 
@@ -109,7 +110,12 @@ def _facts(pairs: Iterable[Sequence[str]]) -> str:
 
 
 def _notes(notes: Sequence[str]) -> str:
-    return "".join(f"<li>{escape(note)}</li>" for note in notes)
+    """Items of a list, the rest of a long one folded."""
+    items = [f"<li>{escape(note)}</li>" for note in notes]
+    if len(items) <= _SHOWN:
+        return "".join(items)
+    rest = f"<details><summary>{len(items) - _SHOWN} more</summary>"
+    return f"{''.join(items[:_SHOWN])}<li>{rest}<ul>{''.join(items[_SHOWN:])}</ul></details></li>"
 
 
 def _counts(counts: Mapping[str, int]) -> str:
