@@ -1,18 +1,22 @@
-"""Cubic springs on DOP853: published amplitudes, closed forms, Houbolt, end states."""
+"""Cubic and other smooth springs: published amplitudes, closed forms, Houbolt, end states."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.special
 
-from aeroflutter import Cubic, LureSystem, SectionFamily, TypicalSection
+from aeroflutter import Cubic, LureSystem, SectionFamily, Spring, TypicalSection
+from aeroflutter.harmonic import HarmonicOptions, sinusoid, solve_cycle
 from aeroflutter.rootlocus import flutter_speed
 from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
+from aeroflutter.timemarch.smooth_steps import Limits, stepper
 
 DEGREE = np.pi / 180
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.2))
 FLUTTER = flutter_speed(FAMILY)
+DUFFING = LureSystem(np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([0.0, 1.0]), np.array([1.0, 0.0]))
 
 
 def at(ratio):
@@ -67,16 +71,109 @@ def test_without_cubic_term_the_motion_is_that_of_the_matrix_exponential():
     np.testing.assert_allclose(run.states[300], middle, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("amplitude", [0.1, 0.7, 5.0])
+def test_the_motion_of_duffings_oscillator_is_jacobis_elliptic_cosine(amplitude):
+    # y'' = -(y + y^3) from rest at A: y = A cn(w t, m), w^2 = 1 + A^2, m = A^2/(2 w^2).
+    frequency = np.sqrt(1 + amplitude**2)
+    parameter = amplitude**2 / (2 * frequency**2)
+    options = SimulateOptions(duration=100.0, decide=False)
+    run = simulate(DUFFING, Cubic(1.0, 1.0), Initial(state=[amplitude, 0.0]), options)
+    cosine = scipy.special.ellipj(frequency * run.time, parameter)[1]
+    np.testing.assert_allclose(run.pitch, amplitude * cosine, rtol=0, atol=1e-12 * amplitude)
+
+
+def test_turning_points_of_duffings_oscillator_are_half_a_period_apart():
+    motion = stepper(
+        DUFFING, Cubic(1.0, 1.0), np.array([0.7, 0.0]), Limits(1.0, np.inf, 1e3, 1.0, 1.0)
+    )
+    turns = np.vstack([motion.march(until).turns for until in (1.0, 1.5, 40.0, 400.0)])
+    frequency = np.sqrt(1.49)
+    half = 2 * scipy.special.ellipk(0.49 / (2 * 1.49)) / frequency
+    count = int(400 / half)
+    np.testing.assert_allclose(turns[:, 0], half * np.arange(1, count + 1), atol=1e-11)
+    np.testing.assert_allclose(turns[:, 1], 0.7 * (-1.0) ** np.arange(1, count + 1), atol=1e-12)
+
+
+class Law(Spring):
+    """The cubic spring as a law that nothing else is known of."""
+
+    kind = "law"
+
+    def __init__(self, law):
+        self.law = law
+
+    scale = property(lambda self: self.law.scale)
+    odd = True
+
+    def moment(self, alpha, memory=0.0):
+        return self.law.moment(alpha, memory)
+
+    def describing(self, amplitude, bias=0.0):
+        return self.law.describing(amplitude, bias)
+
+    def scaled(self, factor):
+        return Law(self.law.scaled(factor))
+
+    def slope_range(self):
+        return self.law.slope_range()
+
+    def span(self):
+        return self.law.span()
+
+
+def test_a_law_of_ones_own_ends_as_the_cubic_spring_does():
+    # DOP853 at 1e-11 instead of Taylor series; Newton's method ends on the same cycle.
+    cubic, start = Cubic(1.0, 3.0), Initial(alpha=5 * DEGREE)
+    series, dopri = (simulate(at(1.1), spring, start) for spring in (cubic, Law(cubic)))
+    assert series.extras["rtol"] < dopri.extras["rtol"]
+    assert (series.state, dopri.state) == ("lco", "lco")
+    n = min(series.pitch.size, dopri.pitch.size, 2000)
+    np.testing.assert_allclose(series.pitch[:n], dopri.pitch[:n], rtol=0, atol=1e-9)
+    for name in ("amplitude", "period", "first_harmonic"):
+        assert getattr(series, name) == pytest.approx(getattr(dopri, name), rel=1e-9)
+    multipliers = series.extras["multiplier"], dopri.extras["multiplier"]
+    assert multipliers[0] == pytest.approx(multipliers[1], abs=1e-4)
+
+
+@pytest.mark.parametrize(("ratio", "beta3"), [(1.05, 3.0), (1.1, 3.0), (1.5, 80.0)])
+def test_the_cycle_is_that_of_harmonic_balance_to_twelve_digits(ratio, beta3):
+    spring = Cubic(1.0, beta3)
+    options = SimulateOptions(record=False)
+    run = simulate(at(ratio), spring, Initial(alpha=4 * DEGREE), options)
+    guess = sinusoid(run.first_harmonic, 0.0, 2 * np.pi / run.period, ratio * FLUTTER)
+    cycle = solve_cycle(FAMILY, spring, guess, options=HarmonicOptions(tolerance=1e-13))
+    assert run.period == pytest.approx(cycle.period, rel=1e-12)
+    assert run.first_harmonic == pytest.approx(cycle.first_harmonic, rel=1e-12)
+
+
+def test_a_motion_that_never_settles_is_given_up_after_its_cycles():
+    # Two wells; neighbours part by many orders, so it is chaos and no slow settling.
+    spring, system = Cubic(-0.03, 50.0), at(0.55)
+    run = simulate(system, spring, Initial(alpha=5 * DEGREE), SimulateOptions(record=False))
+    assert run.state == "aperiodic"
+    marching = SimulateOptions(duration=3000.0, decide=False)
+    beside = [
+        simulate(system, spring, Initial(alpha=(5 + shift) * DEGREE), marching).pitch[-2000:]
+        for shift in (0.0, 1e-10)
+    ]
+    assert np.max(np.abs(beside[0] - beside[1])) > 1e5 * 1e-10 * DEGREE
+
+
+def test_at_the_flutter_speed_a_motion_settles_for_ever():
+    # The linear section is neutral there: the cubic term wears the motion down ever more slowly.
+    limits = SimulateOptions(record=False, cycles=50)
+    run = simulate(at(1.0), Cubic(1.0, 80.0), Initial(alpha=5 * DEGREE), limits)
+    assert run.state == "undecided"
+    assert "still drifting" in run.reason
+
+
 def test_energy_of_a_conservative_oscillator_is_kept():
     # y'' = -(y + y^3): E = y'^2/2 + y^2/2 + y^4/4 is constant, so the motion is a cycle at once
     # and its amplitude is the start.
-    system = LureSystem(
-        np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([0.0, 1.0]), np.array([1.0, 0.0])
-    )
-    run = simulate(system, Cubic(1.0, 1.0), Initial(state=[0.7, 0.0]))
+    run = simulate(DUFFING, Cubic(1.0, 1.0), Initial(state=[0.7, 0.0]))
     y, v = run.states.T
     energy = v**2 / 2 + y**2 / 2 + y**4 / 4
-    assert np.ptp(energy) < 1e-8 * energy[0]
+    assert np.ptp(energy) < 1e-12 * energy[0]
     assert run.state == "lco"
     assert run.amplitude == pytest.approx(0.7, rel=1e-8)
 

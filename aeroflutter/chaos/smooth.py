@@ -15,7 +15,7 @@ from aeroflutter.chaos.growth import Growth, Landing, first_tangents
 from aeroflutter.springs import Cubic
 from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
 from aeroflutter.timemarch.settling import closed_slopes, period_range
-from aeroflutter.timemarch.smooth import scalar_law
+from aeroflutter.timemarch.smooth_steps import scalar_law
 from aeroflutter.timemarch.spectra import PoincareSection
 
 if TYPE_CHECKING:

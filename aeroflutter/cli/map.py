@@ -46,7 +46,7 @@ def map(  # noqa: A001 - the command's name
     ] = None,
     engine: Annotated[
         Literal["exact", "houbolt"],
-        Parameter(help="exact has no time-step error (cubic springs run on DOP853)."),
+        Parameter(help="exact has no time-step error (cubic springs run on Taylor series)."),
     ] = "exact",
     dt: Annotated[float, Parameter(help="Houbolt's step in tau.")] = 0.1,
     duration: Annotated[

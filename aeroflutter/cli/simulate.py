@@ -48,8 +48,8 @@ def simulate(
     engine: Annotated[
         Literal["auto", "exact", "houbolt"],
         Parameter(
-            help="auto is exact: matrix exponentials from switch to switch, or DOP853 for cubic "
-            "springs."
+            help="auto is exact: matrix exponentials from switch to switch, or Taylor series for "
+            "cubic springs."
         ),
     ] = "auto",
     dt: Annotated[

@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
 MOST_CELLS = 1200  # whose traces one page holds
-EXACT, SMOOTH = (41, 15), (7, 4)  # columns and rows of the map where nothing else is asked
-PATIENCE = 60.0  # periods after which a cell of a smooth spring stays undecided
+COLUMNS, ROWS = 41, 15  # of the map where nothing else is asked
+PATIENCE = 1000.0  # periods after which a cell of a smooth spring stays undecided
 FASTEST = 20.0  # U* up to which the map goes where nothing flutters
 
 
@@ -69,7 +69,7 @@ class ReportOptions:
         if not 1.0 <= self.periods <= 100.0:
             problems.append(f"periods: must lie between 1 and 100, not {self.periods!r}")
         columns = self.speeds if self.speed_ratios is None else self.speed_ratios
-        cells = _count(columns, EXACT[0]) * _count(self.pitches_deg, EXACT[1])
+        cells = _count(columns, COLUMNS) * _count(self.pitches_deg, ROWS)
         if cells > MOST_CELLS:
             problems.append(
                 f"map: {cells} cells are more than the {MOST_CELLS} whose traces a page holds; "
@@ -227,13 +227,12 @@ def _tried(name: str, analysis: Callable[[], Result], notes: list[str]) -> Resul
 
 
 def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | None) -> Grid:
-    columns, rows = EXACT if _straight(case) else SMOOTH
-    pitches = _pitches(case, options, rows)
-    return Grid(_flow(options, locus, onset, columns), Axis("initial.alpha_deg", pitches))
+    pitches = Axis("initial.alpha_deg", _pitches(case, options, ROWS))
+    return Grid(_flow(options, locus, onset, COLUMNS), pitches)
 
 
 def _straight(case: Case) -> bool:
-    """Whether the exact engine takes the spring; without pieces every cell takes its time."""
+    """Whether the exact engine takes the spring."""
     return isinstance(simplify(case.spring), PiecewiseLinear | Hysteresis)
 
 

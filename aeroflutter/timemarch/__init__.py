@@ -1,4 +1,4 @@
-"""Time marching: the exact engine, Houbolt's scheme, and DOP853 for smooth springs."""
+"""Time marching: the exact engine, Houbolt's scheme, and Taylor series for cubic springs."""
 
 from aeroflutter.timemarch.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.timemarch.spectra import (

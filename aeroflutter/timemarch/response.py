@@ -8,7 +8,7 @@ given an initial state (n,) and an initial spring memory that are finite and fit
 
 - `exact`: matrix exponentials between switches, for piecewise-linear springs;
 - `houbolt`: the scheme of the thesis, section 3.2.1 and appendix A;
-- `smooth`: SciPy's DOP853, for springs without pieces (cubic).
+- `smooth`: Taylor series for cubic springs, SciPy's DOP853 for any other law without pieces.
 
 Angles are radians, times are the nondimensional τ = V t / b.
 """
@@ -143,10 +143,10 @@ class SimulateOptions:
     ----------
     engine
         "houbolt"; "exact" or "auto": matrix exponentials for springs that are piecewise linear or
-        simplify to one, DOP853 under the same criteria for cubic ones.
+        simplify to one, Taylor series for cubic ones.
     duration
-        Longest time to march, τ; None is 20 000, and as long as it takes for the exact engine that
-        may stop at its decision.
+        Longest time to march, τ; None is 20 000, and as long as it takes where the march may stop
+        at its decision, Houbolt's apart.
     dt
         Houbolt's step; for the other engines only the spacing of the samples.
     criteria

@@ -1,4 +1,4 @@
-"""End states of a march that is watched from outside: Houbolt's and DOP853's."""
+"""End states of a march that is watched from outside: Houbolt's and of smooth springs."""
 
 from __future__ import annotations
 
@@ -193,8 +193,12 @@ class Watch:
     def _drifting(self) -> bool:
         """Whether the last hundred cycles resemble one another but for a slow change.
 
-        Fewer would take the quiet spells of an intermittent chaos for a drift.
+        Fewer would take the quiet spells of an intermittent chaos for a drift. Maxima that only
+        fall, or only rise, drift however fast they do.
         """
+        maxima = np.diff(self.values[-200::2])
+        if maxima.size >= 50 and (np.all(maxima < 0.0) or np.all(maxima > 0.0)):
+            return True
         for loops in range(1, 5):
             span = min(self.values.size - 2 * loops, 200)
             if span < 16:

@@ -1,18 +1,17 @@
-"""Springs without linear pieces (cubic) on SciPy's DOP853, under the same end states."""
+"""Springs without linear pieces (cubic), under the same end states as the others."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aeroflutter.springs import Cubic
-from aeroflutter.timemarch.response import Response, traces
+from aeroflutter.timemarch.response import MOST_SAMPLES, Response, traces
 from aeroflutter.timemarch.settling import Verdict, Watch, closed_slopes, period_range
+from aeroflutter.timemarch.smooth_cycle import settled_cycle
+from aeroflutter.timemarch.smooth_steps import Limits, Stretch, stepper
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from aeroflutter.lure import LureSystem
@@ -23,26 +22,26 @@ if TYPE_CHECKING:
 
 __all__ = ["march"]
 
-RTOL = 1e-11
 STEPS_A_PERIOD = 4  # at least so many, so that no turning point hides within a step
 RECURRENCE = 1e-5
 DRIFT = 1e-7
+LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
+PATIENCE = 50  # times `cycles` that a motion still settling may take
+COARSE = 64  # samples a window where no record is wanted
+KEPT = 40  # windows of a motion of which no record is wanted
 
 
 def march(
     system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
 ) -> Response:
-    """March with DOP853; see `timemarch.response.simulate`.
-
-    Pitch maxima and minima are roots of y' on the integrator's own dense output.
-    """
+    """March by Taylor series or DOP853; see `timemarch.response.simulate`."""
     run = _Run(system, spring, state, memory, options)
     run.go()
     return run.response()
 
 
 class _Run:
-    """One march: steps of the integrator gathered into windows for the watch."""
+    """One march, shown to the watch a window at a time."""
 
     def __init__(
         self,
@@ -52,98 +51,79 @@ class _Run:
         memory: float,
         options: SimulateOptions,
     ) -> None:
-        from scipy.integrate import DOP853
-
         self.system, self.spring, self.options, self.memory = system, spring, options, memory
-        self.moment = scalar_law(spring)
-        self.row, self.direct = system.c @ system.A, float(system.c @ system.b)
         slopes = closed_slopes(spring, float(system.c @ state))
         shortest, longest = period_range(system, slopes)
-        self.longest_step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
+        step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
         self.window = longest if np.isfinite(longest) else 100.0
         self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
+        dt = options.dt if options.record else max(options.dt, self.window / COARSE)
+        self.limits = Limits(dt, self.watch.bound, self._longest(), self.watch.size, step)
+        self.motion = stepper(system, spring, state, self.limits)
+        self.due = options.cycles
+        self.samples: list[Array] = [state[None].astype(float)]
         self.verdict: Verdict | None = None
-        self.solver: Any = DOP853(
-            self.rate,
-            0.0,
-            state,
-            options.limit,
-            max_step=self.longest_step,
-            rtol=RTOL,
-            atol=RTOL * self.watch.size,
-        )
-        self.samples: list[Array] = [state[None]]
-        self.count = 1
-        self.turns: list[tuple[float, float]] = []
-
-    def rate(self, _: float, x: Array) -> Array:
-        """Right-hand side A x - b F(c x)."""
-        return self.system.A @ x - self.system.b * self.moment(float(self.system.c @ x))
+        self.failure = ""
 
     def go(self) -> None:
         """March until the end state is certain or the time is up."""
-        due, first = self.window, 1
-        while self.solver.status == "running" and not (self.verdict and self.options.decide):
-            with np.errstate(over="ignore", invalid="ignore"):
-                message = self.solver.step()
-                self._take_step()
-            out = not abs(float(self.system.c @ self.solver.y)) <= self.watch.bound
-            if out or message or self.solver.t >= min(due, self.options.limit):
-                verdict = self._judge(first)
-                self.verdict = verdict if out else self.verdict or verdict
-                due, first = self.solver.t + self.window, len(self.samples)
-            if out or message:
+        limit = self.limits.time
+        while self.motion.time < limit and not (self.verdict and self.options.decide):
+            stretch = self.motion.march(min(self.motion.time + self.window, limit))
+            self.samples.append(stretch.samples)
+            if not self.options.record:
+                del self.samples[:-KEPT]
+            verdict = self._judge(stretch)
+            self.failure = stretch.failure
+            out = not abs(float(self.system.c @ self.motion.state)) <= self.watch.bound
+            self.verdict = verdict if out else self.verdict or verdict
+            if out or self.failure or self._given_up():
                 return
 
-    def _take_step(self) -> None:
-        """Sample the step and find its turning points."""
-        dense = self.solver.dense_output()
-        last = int(np.floor(self.solver.t / self.options.dt + 1e-9))
-        if last >= self.count:
-            self.samples.append(dense(self.options.dt * np.arange(self.count, last + 1)).T)
-            self.count = last + 1
-        grid = np.linspace(self.solver.t_old, self.solver.t, 4)
-        slopes = [self._slope(x) for x in dense(grid).T]
-        for i in range(3):
-            if slopes[i] * slopes[i + 1] < 0.0 or (slopes[i + 1] == 0.0 and slopes[i] != 0.0):
-                time = self._turn(dense, grid[i], grid[i + 1])
-                self.turns.append((time, float(self.system.c @ dense(time))))
+    def _longest(self) -> float:
+        """Time after which the march ends in any case: what is recorded has to be kept."""
+        if self.options.duration is not None or not self.options.decide:
+            return self.options.limit
+        return min(LONGEST, MOST_SAMPLES * self.options.dt) if self.options.record else LONGEST
 
-    def _slope(self, x: Array) -> float:
-        """Slope y' = c A x - (c b) F(y)."""
-        slope = float(self.row @ x)
-        return slope - self.direct * self.moment(float(self.system.c @ x)) if self.direct else slope
+    def _given_up(self) -> bool:
+        """Whether a bounded motion has had its cycles, many times as many while it settles."""
+        cycles = self.watch.turns // 2
+        if not self.options.decide or self.options.criteria == "thesis" or cycles < self.due:
+            return False
+        self.due *= 2
+        known = self._last().state == "aperiodic"
+        return known or cycles >= PATIENCE * self.options.cycles
 
-    def _turn(self, dense: Callable[[float], Array], low: float, high: float) -> float:
-        from scipy.optimize import brentq
-
-        return float(brentq(lambda t: self._slope(dense(t)), low, high, xtol=1e-12, rtol=1e-14))
-
-    def _judge(self, first: int) -> Verdict | None:
-        """Show the last window to the watch."""
-        turns = np.array(self.turns).reshape(-1, 2)
-        self.turns = []
-        pitch = np.concatenate([*self.samples[first:], self.solver.y[None]]) @ self.system.c
+    def _judge(self, stretch: Stretch) -> Verdict | None:
+        """Show a window to the watch."""
         if self.options.progress:
-            self.options.progress(self.solver.t / self.options.limit)
-        low, high = float(np.min(pitch)), float(np.max(pitch))
-        return self.watch.add(turns[:, 0], turns[:, 1], low, high)
+            self.options.progress(min(1.0, self.motion.time / self.limits.time))
+        with np.errstate(over="ignore", invalid="ignore"):
+            pitch = np.concatenate([stretch.samples, self.motion.state[None]]) @ self.system.c
+        times, values = stretch.turns.T
+        seen = np.concatenate((pitch, values))
+        return self.watch.add(times, values, float(np.min(seen)), float(np.max(seen)))
 
     def response(self) -> Response:
         """The result, once the march is over."""
-        states = np.concatenate(self.samples)
-        dt = self.options.dt
+        states, dt = np.concatenate(self.samples), self.limits.dt
         verdict = self.verdict or self._last()
         kept = states if self.options.record else states[:0]
+        measures = self.watch.measures(verdict, lambda n: states[-n:] @ self.system.c, dt)
+        extras = {"loops": verdict.loops, "rtol": self.motion.tolerance}
+        cycle = self._cycle(verdict, measures.get("period", np.nan))
+        if cycle:
+            extras["multiplier"] = cycle.pop("multiplier")
         return Response(
             state=verdict.state,
             reason=verdict.reason,
             engine="smooth",
-            duration=float(self.solver.t),
-            final_state=self.solver.y.copy(),
+            duration=self.motion.time,
+            final_state=self.motion.state.copy(),
             final_memory=self.memory,
-            extras={"loops": verdict.loops, "rtol": RTOL},
-            **self.watch.measures(verdict, lambda n: states[-n:] @ self.system.c, dt),
+            extras=extras,
+            **(measures | cycle),
             **traces(
                 self.system,
                 self.spring,
@@ -153,15 +133,13 @@ class _Run:
             ),
         )
 
+    def _cycle(self, verdict: Verdict, period: float) -> dict[str, float]:
+        """The cycle itself, if the motion has been seen to settle on one."""
+        if verdict.state != "lco" or self.options.criteria == "thesis" or not np.isfinite(period):
+            return {}
+        return settled_cycle(self.system, self.spring, self.motion.state, period, self.limits) or {}
+
     def _last(self) -> Verdict:
-        if self.solver.status == "failed":
-            return Verdict("undecided", f"DOP853 gave up at tau = {self.solver.t:g}")
-        return self.watch.last(float(self.solver.t))
-
-
-def scalar_law(spring: Spring) -> Callable[[float], float]:
-    """The moment of one pitch, without the cost of arrays where the law is known."""
-    if isinstance(spring, Cubic):
-        beta1, beta3 = spring.beta1, spring.beta3
-        return lambda y: y * (beta1 + beta3 * y * y)
-    return lambda y: float(spring.moment(y))
+        if self.failure:
+            return Verdict("undecided", self.failure)
+        return self.watch.last(self.motion.time)
