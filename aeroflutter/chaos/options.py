@@ -16,8 +16,8 @@ class ChaosOptions:
     Parameters
     ----------
     cycles
-        Maxima over which exponents are measured; None takes 20 000 where the spring is piecewise
-        linear and 1000 where DOP853 has to march.
+        Maxima over which exponents are measured; None takes 20 000, and 1000 where DOP853 has to
+        march.
     transient
         Maxima left out before, so that motion and tangents settle.
     exponents

@@ -146,7 +146,8 @@ def chaos(
     system
         x' = A x - b F(c x) at one speed.
     spring
-        Piecewise-linear springs and loops go to the exact engine, smooth ones to DOP853.
+        Piecewise-linear springs and loops go to the exact engine, cubic ones to Taylor series,
+        other laws to DOP853.
     initial
         Motion at τ = 0.
     options

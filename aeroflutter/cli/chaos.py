@@ -74,7 +74,7 @@ def chaos(
     ] = False,
     cycles: Annotated[
         int | None,
-        Parameter(help="Oscillations measured (default 20000; 1000 for cubic springs)."),
+        Parameter(help="Oscillations measured (default 20000)."),
     ] = None,
     transient: Annotated[int, Parameter(help="Oscillations left out before.")] = 500,
     exponents: Annotated[int, Parameter(help="Lyapunov exponents, largest first.")] = 3,

@@ -55,13 +55,13 @@ def march(
     status, time, slope, count, found
         How it ended and when; y' there; samples and turning points written.
     """
-    X, Y = np.empty((ORDER + 1, x.size)), np.empty(ORDER + 1)
+    X, Y, square = np.empty((ORDER + 1, x.size)), np.empty(ORDER + 1), np.empty(ORDER)
     count, found = 0, 0
     following = np.floor(time / dt + ON_TIME) + 1.0
     while time < until:
         if found + PARTS > turns.shape[0]:
             return FULL, time, slope, count, found
-        expand(A, b, c, beta, x, X, Y)
+        expand(A, b, c, beta, x, X, Y, square)
         step = min(reach(X), until - time)
         end = until if step == until - time else time + step
         if not end > time:
@@ -87,10 +87,16 @@ def march(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def expand(
-    A: Array, b: Array, c: Array, beta: tuple[float, float], x: Array, X: Array, Y: Array
+    A: Array,
+    b: Array,
+    c: Array,
+    beta: tuple[float, float],
+    x: Array,
+    X: Array,
+    Y: Array,
+    square: Array,
 ) -> None:
-    """Taylor coefficients of x (ORDER+1, n) and of y (ORDER+1,)."""
-    square = np.empty(ORDER)
+    """Taylor coefficients of x (ORDER+1, n), of y (ORDER+1,) and of y² (ORDER,)."""
     X[0] = x
     for k in range(ORDER):
         Y[k] = np.sum(c * X[k])

@@ -86,7 +86,7 @@ class Limits(NamedTuple):
 
 def stepper(system: LureSystem, spring: Spring, state: Array, limits: Limits) -> Stepper:
     """The stepper for a spring."""
-    if isinstance(spring, Cubic):
+    if type(spring) is Cubic:
         return _Taylor(system, spring, state, limits)
     return _Dop853(system, spring, state, limits)
 
@@ -187,7 +187,7 @@ class _Dop853:
 
 def scalar_law(spring: Spring) -> Callable[[float], float]:
     """The moment of one pitch, without the cost of arrays where the law is known."""
-    if isinstance(spring, Cubic):
+    if type(spring) is Cubic:
         beta1, beta3 = spring.beta1, spring.beta3
         return lambda y: y * (beta1 + beta3 * y * y)
     return lambda y: float(spring.moment(y))
