@@ -28,6 +28,7 @@ _FIRST = 7  # harmonics to begin with, where their number is automatic
 _SMALL = 0.02  # distortion below which a describing function is a good start
 _SCALE_SPEED = 0.3
 _STRIDE = 0.2
+_LOCATED = 1e-8  # ln amplitude: Hill's multipliers are not known any better
 _WALKED = 1e-7  # size of the last Newton update on a walk; its error is about the square
 
 
@@ -275,6 +276,7 @@ def _follow(
         high=highest,
         scale=scale,
         folds={"fold": SPEED % n},
+        locate=_LOCATED,
     )
     tests = stability.tests() if stability else {}
     return follow(balance, x, walking, tests, np.inf if endless else options.tolerance)
