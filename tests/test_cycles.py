@@ -265,6 +265,14 @@ def test_no_family_stands_still_where_the_memory_meets_a_stop() -> None:
     assert "could not be followed further" not in " ".join(branch("run101").notes)
 
 
+@pytest.mark.parametrize("run", ["run100", "run103", "preload-02"])
+def test_a_branch_of_doubled_period_ends_on_its_parent_and_does_not_close(run: str) -> None:
+    """Followed on, it would come back half a period late, and its seed would look like an edge."""
+    (closed,) = (f for f in branch(run).families if any("closes" in s for s in f.stopped))
+    assert closed.onset is not None
+    assert closed.onset.kind == "fold"
+
+
 # --- invariances ---------------------------------------------------------------------------------
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from aeroflutter.continuation import State, correct
 from aeroflutter.cycles.leg import (
-    RETURN,
     STALLED,
     Leg,
     changes,
@@ -116,7 +115,7 @@ def follow(
     along: Array | None,
     options: CycleOptions,
     *,
-    half: float | None = None,
+    halves: tuple[float, ...] = (),
     watch: Callable[[Cycle], None] = lambda cycle: None,
 ) -> Strand:
     """Follow a family in one direction until it ends.
@@ -125,8 +124,8 @@ def follow(
     ----------
     q, along
         A cycle, or a guess of one, and the direction in which to leave it (None to choose one).
-    half
-        Sign s if the family may end where z(T/2) = s z: on the family from which it branched.
+    halves
+        Signs s for which the family may end where z(T/2) = s z: on the one from which it branched.
     watch
         Called with every cycle found.
 
@@ -141,7 +140,7 @@ def follow(
         If there is no cycle near q.
     """
     strand = Strand()
-    leg = start_leg(frame, shooting, q, along, options, half=half)
+    leg = start_leg(frame, shooting, q, along, options, halves=halves)
     strand.add(leg, leg.walk.first)
     turned_at = -np.inf
     while not strand.stop:
@@ -156,7 +155,9 @@ def follow(
         try:
             at = strand.end.at
             step = None if corner is None else _BEYOND
-            leg = start_leg(frame, leg.shooting, q, along, options, offset=at, half=half, step=step)
+            leg = start_leg(
+                frame, leg.shooting, q, along, options, offset=at, halves=halves, step=step
+            )
             strand.add(leg, leg.walk.first, seam=corner is None)
         except ConvergenceError as error:
             strand.stop = f"{_NO_START}: {error}"
@@ -176,7 +177,7 @@ def _walk(
         if state is old:
             continue
         events, known = walk.events[known:], len(walk.events)
-        if old.tests.get(RETURN, 1.0) * state.tests.get(RETURN, 1.0) < 0:
+        if leg.comes_back(old, state):
             strand.stop = BACK
             return old.x, old.tangent
         strand.stop = _note(leg, strand, _happenings(leg, old, state, located(leg, events)))

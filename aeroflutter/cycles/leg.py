@@ -30,12 +30,12 @@ from aeroflutter.cycles.spectrum import Spectra
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.springs import Hysteresis
 
-__all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned", "unlikeness"]
+__all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned"]
 
 Array = NDArray[np.float64]
 Switches = tuple[tuple[int, int], ...]
 
-FOLD, FLIP, TORUS, RETURN = "fold", "flip", "torus", "return"
+FOLD, FLIP, TORUS = "fold", "flip", "torus"
 _STOP = -1  # among kinds of switches
 STALLED = "Newton's method fails at any step"
 
@@ -62,6 +62,8 @@ class Leg:
         Eigenvalues along it, with the sizes of z at its start.
     offset
         Distance along the strand at which it starts.
+    halves
+        Signs s for which it may end where z(T/2) = s z: on the family from which it branched.
     """
 
     frame: Frame
@@ -69,6 +71,7 @@ class Leg:
     spectra: Spectra
     walk: Walk
     offset: float
+    halves: tuple[float, ...]
 
     def cycle(self, state: State) -> Cycle:
         """The cycle at a state of the walk."""
@@ -86,6 +89,19 @@ class Leg:
         above = x[-3] > spring.h_high - slack
         return ((_STOP, int(above)),) if above or x[-3] < spring.h_low + slack else ()
 
+    def comes_back(self, old: State, new: State) -> bool:
+        """Whether the curve passes a cycle of half the period between two states.
+
+        What the cycles differ from one by vanishes there and goes on with the other sign.
+        """
+        return any(self._unlike(old.x, s) @ self._unlike(new.x, s) < 0.0 for s in self.halves)
+
+    def _unlike(self, x: Array, sign: float) -> Array:
+        """z(T/2) - sign z, in sizes, (m,)."""
+        z, period, _ = self.shooting.unpack(x)
+        half = self.shooting.flow(x).passage(z, period / 2).end
+        return np.asarray((half - sign * z) / self.spectra.sizes)
+
     def flat(self, x: Array, cycle: Cycle) -> bool:
         """Whether the start has become a bad place to start from."""
         phase = self.shooting.jacobian(x)[-1, :-2] @ self.shooting.shot(x).rate
@@ -101,7 +117,7 @@ def start_leg(
     options: CycleOptions,
     *,
     offset: float = 0.0,
-    half: float | None = None,
+    halves: tuple[float, ...] = (),
     step: float | None = None,
 ) -> Leg:
     """A walk from the best starting place of the cycle near q.
@@ -112,8 +128,8 @@ def start_leg(
         Direction in which to leave; None to choose one.
     offset
         Distance walked before.
-    half
-        Sign s if the family may end where z(T/2) = s z: on the family from which it branched.
+    halves
+        Signs s for which the family may end where z(T/2) = s z: on the one from which it branched.
     step
         First step, if not that of the options.
 
@@ -142,26 +158,15 @@ def start_leg(
         locate=1e-12,
     )
     spectra = Spectra(shooting, sizes)
-    walk = Walk(shooting, q, along, settings, _tests(spectra, q, half))
-    return Leg(frame, shooting, spectra, walk, offset)
+    walk = Walk(shooting, q, along, settings, _tests(spectra))
+    return Leg(frame, shooting, spectra, walk, offset, halves)
 
 
-def _tests(spectra: Spectra, q: Array, half: float | None) -> dict[str, Test]:
-    tests: dict[str, Test] = {
+def _tests(spectra: Spectra) -> dict[str, Test]:
+    return {
         FLIP: lambda x, tangent: spectra(x).flip,
         TORUS: lambda x, tangent: spectra(x).torus,
     }
-    if half is not None:
-        shooting, sizes = spectra.shooting, spectra.sizes
-        away = unlikeness(shooting, sizes, q, half)
-        tests[RETURN] = lambda x, tangent: float(away @ unlikeness(shooting, sizes, x, half))
-    return tests
-
-
-def unlikeness(shooting: Shooting, sizes: Array, q: Array, sign: float) -> Array:
-    """z(T/2) - sign z, in sizes, (m,): zero where the cycle is one of half the period."""
-    z, period, _ = shooting.unpack(q)
-    return np.asarray((shooting.flow(q).passage(z, period / 2).end - sign * z) / sizes)
 
 
 def located(leg: Leg, events: list[Event]) -> list[tuple[str, State]]:

@@ -231,15 +231,23 @@ class Search:
             cycle = cycle_at(self.frame, shooting, q)
             if cycle.amplitude > self.largest or self.known(cycle):
                 return
-            half = -1.0 if self.frame.centre.odd and not shooting.symmetric else None
-            ahead = follow(self.frame, shooting, q, None, self.options, half=half, watch=self.watch)
+            halves = self._halves(shooting.symmetric)
+            ahead = follow(
+                self.frame, shooting, q, None, self.options, halves=halves, watch=self.watch
+            )
         except ConvergenceError:
             return  # a guess that leads nowhere
-        behind = None if ahead.closed else self._behind(ahead, half)
+        behind = None if ahead.closed else self._behind(ahead, halves)
         ratio = ahead.places[0].cycle.speed / self.frame.reference
         self._add(f"{seed.origin} at {ratio:.6g}", None, ahead, behind)
 
-    def _behind(self, ahead: Strand, half: float | None) -> Strand:
+    def _halves(self, symmetric: bool) -> tuple[float, ...]:
+        """Where a family found by itself may end: it may have branched from any other."""
+        if symmetric:
+            return ()
+        return (1.0, -1.0) if self.frame.centre.odd else (1.0,)
+
+    def _behind(self, ahead: Strand, halves: tuple[float, ...]) -> Strand:
         """The strand on the other side of the first cycle, or of one soon after it."""
         reason = ""
         for i, start in enumerate(ahead.places[:_TRIES]):
@@ -251,7 +259,7 @@ class Search:
                     start.state.x,
                     back,
                     self.options,
-                    half=half,
+                    halves=halves,
                     watch=self.watch,
                 )
             except ConvergenceError as error:
@@ -324,12 +332,12 @@ class Search:
         if doubled:
             q[-2] += np.log(2.0)
         shooting = Shooting(self.frame.loop, False, self.frame.reference)
-        half = 1.0 if doubled else -1.0
+        halves = (1.0 if doubled else -1.0,)
         ratio = place.cycle.speed / self.frame.reference
         name = f"{place.kind} of family {family.facts.number} at {ratio:.8g}"
         try:
             strand = follow(
-                self.frame, shooting, q, along, self.options, half=half, watch=self.watch
+                self.frame, shooting, q, along, self.options, halves=halves, watch=self.watch
             )
         except ConvergenceError as error:
             reason = str(error).partition(" near x = ")[0]
