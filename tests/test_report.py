@@ -246,6 +246,27 @@ def test_all_cycles_are_in_view_and_a_method_that_fails_is_a_note(
     assert found["view"]["x"][0] < min(min(curve["x"]) for curve in found["curves"])
 
 
+def test_cycles_far_above_flutter_and_a_title_of_markup(tmp_path: Path) -> None:
+    """Soft inside, stiff outside: all cycles above twice the flutter speed of the stiff slope."""
+    case = tmp_path / "stiff.toml"
+    case.write_text(
+        'title = "<!--<script>"\n[section]\nomega_bar = 0.2\n[spring]\nkind = "table"\n'
+        "pitch_deg = [-2.0, -0.5, 0.5, 2.0]\nmoment_deg = [-14.0, -2.0, 2.0, 14.0]\n"
+    )
+    page = written(tmp_path, str(case), "--speed-ratio", "1,3", "--alpha-deg", "3")
+    found = carried(page)
+    low, high = found["view"]["x"]
+    assert low < min(min(curve["x"]) for curve in found["curves"]) < high
+    assert "<!--" not in page
+
+
+@pytest.mark.slow
+def test_a_softening_spring_beyond_hills_reach_has_a_report(tmp_path: Path) -> None:
+    words = ("--set", "spring.beta3=-3", "--speed-ratio", "0.9", "--alpha-deg", "5")
+    found = carried(written(tmp_path, "cubic-02", *words))
+    assert "df" in {curve["method"] for curve in found["curves"]}
+
+
 def noted(page: str) -> str:
     """The list of notes of a page."""
     return page[page.index('id="notes"') : page.index('<div class="three">')]

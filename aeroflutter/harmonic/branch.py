@@ -100,9 +100,10 @@ def harmonic_families(
         try:
             if any(_contains(family, spring, branch, start, symmetric) for branch in found):
                 continue
-            branch = continue_branch(
-                family, spring, start, options, symmetric=symmetric, number=number
-            )
+            with np.errstate(over="ignore", invalid="ignore"):  # a step too far is an error below
+                branch = continue_branch(
+                    family, spring, start, options, symmetric=symmetric, number=number
+                )
         except ConvergenceError as error:
             failures.append(f"family {number}: {error}")
             continue

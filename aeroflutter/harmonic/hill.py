@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.errors import ConvergenceError
 from aeroflutter.harmonic._kernel_hill import determinants
 from aeroflutter.harmonic.balance import Cycle
 from aeroflutter.harmonic.moment import Answer
@@ -150,6 +151,8 @@ class _Hill:
         # equidistant points on a circle: the inverse of their Vandermonde matrix is its adjoint
         powers = (self.nodes[:, None] / self.radius) ** np.arange(size)
         scaled = (np.conj(powers.T) @ values).real / size
+        if not np.all(np.isfinite(scaled)):
+            raise ConvergenceError("Hill's determinant overflows")
         roots = self.radius * np.asarray(np.roots(scaled[::-1]), dtype=np.complex128)
         return roots, complex(scaled[-1] / self.radius ** (size - 1))
 

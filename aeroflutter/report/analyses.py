@@ -266,7 +266,7 @@ def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns
     if onset is None:
         return Axis("speed_ratio", _round_values(0.9, 1.1, columns))
     first = onset / locus.flutter.speed
-    high = 1.0 + 0.25 * (1.0 - first) if first < 0.98 else 1.5
+    high = 1.0 + 0.25 * (1.0 - first) if first < 0.98 else max(1.5, 1.25 * first)
     low = max(0.05, first - 0.3 * (high - first))
     return Axis("speed_ratio", _round_values(low, high, columns))
 

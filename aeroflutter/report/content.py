@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,7 +47,7 @@ def gather(found: Analyses) -> dict[str, Any]:
         "title": found.case.title,
         "case": found.case.text,
         "facts": _facts(found),
-        "notes": [*found.notes, *([] if curves else ["No method found a limit cycle."])],
+        "notes": [*found.notes, *_unshown(found, curves)],
         "section": _section(found),
         "axis": _axis(found),
         "locus": _locus(found),
@@ -188,7 +188,7 @@ def _described(found: Analyses, motions: Motions) -> Curves:
             "family": one.number,
             "x": curve.speed[shown] / found.unit,
             "amplitude": np.degrees(curve.amplitude[shown]),
-            "bias": np.degrees(curve.bias[shown]),
+            "bias": list(map(_rounded, *np.degrees((curve.bias[shown], curve.amplitude[shown])))),
             "period": 2.0 * np.pi / curve.k[shown],
             "stable": curve.stable[shown],
             "motion": first,
@@ -230,7 +230,7 @@ def _balanced(found: Analyses, motions: Motions) -> Curves:
             "family": branch.family,
             "x": branch.speed[shown] / found.unit,
             "amplitude": np.degrees(branch.amplitude[shown]),
-            "bias": np.degrees(branch.bias[shown]),
+            "bias": list(map(_rounded, *np.degrees((branch.bias[shown], branch.amplitude[shown])))),
             "period": branch.period[shown],
             "stable": branch.stable[shown],
             "motion": first,
@@ -250,7 +250,7 @@ def _balanced_events(found: Analyses, branch: HarmonicBranch, first: int) -> lis
             "method": "hb",
             "x": event.cycle.speed / found.unit,
             "amplitude": math.degrees(event.amplitude),
-            "bias": math.degrees(event.bias),
+            "bias": math.degrees(_rounded(event.bias, event.amplitude)),
             "period": event.cycle.period,
             "motion": first + n,
         }
@@ -278,7 +278,7 @@ def _exact(found: Analyses, motions: Motions) -> Curves:
             "family": family.number,
             "x": [cycle.speed / found.unit for cycle in shown],
             "amplitude": [math.degrees(cycle.amplitude) for cycle in shown],
-            "bias": [math.degrees(cycle.bias) for cycle in shown],
+            "bias": [math.degrees(_rounded(one.bias, one.amplitude)) for one in shown],
             "period": [cycle.period for cycle in shown],
             "stable": [cycle.stable for cycle in shown],
             "motion": first,
@@ -294,12 +294,34 @@ def _exact_events(found: Analyses, family: CycleFamily, first: int) -> list[dict
             "method": "exact",
             "x": event.cycle.speed / found.unit,
             "amplitude": math.degrees(event.cycle.amplitude),
-            "bias": math.degrees(event.cycle.bias),
+            "bias": math.degrees(_rounded(event.cycle.bias, event.cycle.amplitude)),
             "period": event.cycle.period,
             "motion": first + n,
         }
         for n, event in enumerate(family.bifurcations)
     ]
+
+
+def _unshown(found: Analyses, curves: Sequence[Any]) -> Iterator[str]:
+    """What a reader would miss in the figure of the curves."""
+    if not curves:
+        yield "No method found a limit cycle."
+    families = {
+        "describing function": found.curve.families if found.curve else (),
+        "harmonic balance": found.branches,
+        "exact": found.cycles.families if found.cycles else (),
+    }
+    for name, every in families.items():
+        if len(every) > MOST_CURVES:
+            yield (
+                f"Of {len(every)} families ({name}) the first {MOST_CURVES} are shown; "
+                "the commands df, hb and lco give all."
+            )
+
+
+def _rounded(bias: float, amplitude: float) -> float:
+    """A bias without its round-off."""
+    return 0.0 if abs(bias) < 1e-9 * abs(amplitude) else bias
 
 
 def _view(found: Analyses) -> dict[str, Any]:
@@ -316,7 +338,7 @@ def _view(found: Analyses) -> dict[str, Any]:
     high = (
         float(x.max())
         if found.flutter is None
-        else (1.0 + 0.25 * (1.0 - low) if low < 0.98 else 1.5)
+        else (1.0 + 0.25 * (1.0 - low) if low < 0.98 else max(1.5, 1.25 * low))
     )
     pad = 0.12 * (high - low)
     inside = (x >= low) & (x <= high)

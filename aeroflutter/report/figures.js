@@ -121,11 +121,12 @@ function halves(curve, n) {
     return { x: curve.x, y: curve.amplitude.map((value, i) => (mine[i] ? value : null)),
       mode: "lines", name: METHODS[curve.method], legendgroup: curve.method,
       showlegend: wanted && data.curves.findIndex((one) => one.method === curve.method) === n,
-      customdata: curve.x.map((_, i) => [n, i, curve.period[i], curve.bias[i], band(curve, i)]),
+      customdata: curve.x.map((_, i) => [n, i, curve.period[i], curve.bias[i], band(curve, i),
+        curve.stable[i] ? "stable" : "unstable"]),
       line: { color: colour(`line-${curve.method}`), width: WIDTHS[curve.method],
         dash: wanted ? "solid" : "dash" },
       opacity: curve.method === "exact" ? 1 : 0.75,
-      hovertemplate: `${METHODS[curve.method]}, ${wanted ? "stable" : "unstable"}<br>` +
+      hovertemplate: `${METHODS[curve.method]}, %{customdata[5]}<br>` +
         "speed %{x:.6g}<br>amplitude %{y:.5g}°<br>bias %{customdata[3]:.4g}°<br>" +
         "period %{customdata[2]:.5g}%{customdata[4]}<extra></extra>" };
   }).filter((trace) => trace.y.some((value) => value !== null) || trace.showlegend);
@@ -212,9 +213,10 @@ function drawMap() {
 }
 
 function edges(values, i) {
-  const [before, after] = [i > 0 ? i - 1 : i, i < values.length - 1 ? i + 1 : i];
-  const half = (values[after] - values[before]) / (2 * (after - before || 1)) || 0.05;
-  return [values[i] - half, values[i] + half];
+  const gap = (j) => (values[j + 1] - values[j]) / 2;
+  const last = values.length - 1;
+  if (last === 0) return [values[0] - 0.5, values[0] + 0.5];
+  return [values[i] - gap(Math.max(i - 1, 0)), values[i] + gap(Math.min(i, last - 1))];
 }
 
 /** A frame around the chosen cell that is seen on any colour. */

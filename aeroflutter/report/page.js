@@ -66,6 +66,7 @@ function choosePoint(n, i) {
 
 function chooseEvent(n) {
   const event = data.events[n];
+  cursor.event = n;
   choose({ kind: "event", x: event.x, amplitude: event.amplitude, motion: event.motion, settled: -1,
     words: `${event.kind} at speed ${number(event.x, 7)}: amplitude ` +
       `${number(event.amplitude)}°, period ${number(event.period)}.` });
@@ -120,8 +121,7 @@ function stepPoint(along, curves) {
 
 function stepEvent(along) {
   if (!data.events.length) return;
-  cursor.event = within(cursor.event + along, data.events.length);
-  chooseEvent(cursor.event);
+  chooseEvent(within(cursor.event + along, data.events.length));
 }
 
 function listen() {

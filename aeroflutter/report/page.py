@@ -90,7 +90,7 @@ _WRITTEN = ("facts", "notes", "section", "case")  # in the page's text, not in i
 
 def _json(value: Any) -> str:
     """JSON that no browser takes for the end of a script."""
-    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _colours() -> str:
@@ -167,7 +167,8 @@ def _cells(content: Mapping[str, Any]) -> str:
     """The map as a table: a row a pitch, the highest first; a letter a cell."""
     grid = content["map"]
     letters = [LETTERS[name] for name in grid["states"]]
-    speeds = "".join(f'<th scope="col">{value:.4g}</th>' for value in grid["x"]["values"])
+    values = (grid["x"]["scale"] * value for value in grid["x"]["values"])
+    speeds = "".join(f'<th scope="col">{value:.4g}</th>' for value in values)
     rows = [f'<tr><th scope="col">pitch (deg)</th>{speeds}</tr>']
     for j in reversed(range(len(grid["y"]["values"]))):
         states = [column[j] for column in grid["state"]]
