@@ -8,21 +8,23 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from aeroflutter import _former
+
 __version__ = "0.1.0"
 
 _EXPORTS = {
     "AeroflutterError": "errors",
     "ConvergenceError": "errors",
     "InputError": "errors",
-    "Scale": "section",
-    "TypicalSection": "section",
-    "QuasiSteady": "aerodynamics",
-    "Wagner": "aerodynamics",
-    "FixedFamily": "lure",
-    "LureFamily": "lure",
-    "LureSystem": "lure",
-    "SampledFamily": "lure",
-    "SectionFamily": "lure",
+    "Scale": "model.section",
+    "TypicalSection": "model.section",
+    "QuasiSteady": "model.aerodynamics",
+    "Wagner": "model.aerodynamics",
+    "FixedFamily": "model.lure",
+    "LureFamily": "model.lure",
+    "LureSystem": "model.lure",
+    "SampledFamily": "model.lure",
+    "SectionFamily": "model.lure",
     "Bilinear": "springs",
     "Cubic": "springs",
     "Freeplay": "springs",
@@ -32,11 +34,12 @@ _EXPORTS = {
     "Table": "springs",
     "respond": "springs",
     "simplify": "springs",
-    "Case": "case",
-    "load_case": "case",
+    "Case": "case.case",
+    "load_case": "case.case",
 }
 
 __all__ = ["__version__", *_EXPORTS]
+_former.install()
 
 
 def __getattr__(name: str) -> Any:

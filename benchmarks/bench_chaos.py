@@ -15,9 +15,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from aeroflutter.case import load_case
-from aeroflutter.chaos import ChaosOptions, ChaosResult, chaos
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.response import Initial
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.chaos import ChaosOptions, ChaosResult, chaos
+from aeroflutter.motion.response import Initial
 from benchmarks import Measurement, cpu_seconds
 
 RUNS = ("run100", "run101", "run102", "run103", "run111")

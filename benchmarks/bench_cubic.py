@@ -10,10 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from aeroflutter import Cubic, SectionFamily, TypicalSection
-from aeroflutter.chaos import ChaosOptions, chaos
-from aeroflutter.rootlocus import flutter_speed
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.chaos import ChaosOptions, chaos
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.springs import Spring
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
 from benchmarks import Measurement, cpu_seconds
 
 RATIOS = np.linspace(0.9, 1.5, 13)

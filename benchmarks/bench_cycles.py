@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from aeroflutter import Hysteresis, SectionFamily, TypicalSection
-from aeroflutter.cycles import LimitCycles, limit_cycles
-from aeroflutter.cycles.measure import cycle_at
-from aeroflutter.cycles.search import Search, describing_points
-from aeroflutter.cycles.seeds import converged, sinusoid
+from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
+from aeroflutter.orbits.cycles.measure import cycle_at
+from aeroflutter.orbits.cycles.search import Search, describing_points
+from aeroflutter.orbits.cycles.seeds import converged, sinusoid
 from benchmarks import Measurement, cpu_seconds, fortran_baseline
 
 OMEGA_BAR, DELTA_V, DELTA_H = 0.8, 1.0, 0.2

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from aeroflutter.case import load_case
-from aeroflutter.describing import describing_curve
-from aeroflutter.harmonic import HarmonicBranch, HarmonicOptions, harmonic_balance
-from aeroflutter.validity import guarantees
+from aeroflutter.guarantees import guarantees
+from aeroflutter.orbits.describing import describing_curve
+from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOptions, harmonic_balance
 from benchmarks import Measurement, cpu_seconds
 
 STEP = {"run14": 0.022, "cubic-02": 0.05}  # of ln amplitude, for some 200 points

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter import Hysteresis, SectionFamily, TypicalSection
-from aeroflutter.maps import Axis, FlutterMap, Grid, MapStudy, SpeedPitch, flutter_map
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.response import STATES, Initial
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.response import STATES, Initial
+from aeroflutter.studies.maps import Axis, FlutterMap, Grid, MapStudy, SpeedPitch, flutter_map
 from benchmarks import Measurement, fortran_baseline
 from tests.marching import event_march
 

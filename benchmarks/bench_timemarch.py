@@ -19,9 +19,9 @@ from time import process_time
 import numpy as np
 
 from aeroflutter import Hysteresis, SectionFamily, TypicalSection
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.houbolt import march as houbolt_march
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.houbolt import march as houbolt_march
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from benchmarks import Measurement, fortran_baseline
 
 OMEGA_BAR, DELTA_V, DELTA_H = 0.8, 1.0, 0.2

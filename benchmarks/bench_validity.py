@@ -21,13 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aeroflutter.cycles import cycle_near
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
-from aeroflutter.lure import SectionFamily, inverse_transfer
-from aeroflutter.section import TypicalSection
+from aeroflutter.guarantees import Guarantees, doubtful, expected_error, guarantees_at
+from aeroflutter.model.lure import SectionFamily, inverse_transfer
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.orbits.cycles import cycle_near
+from aeroflutter.orbits.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table
-from aeroflutter.validity import Guarantees, doubtful, expected_error, guarantees_at
 from benchmarks import Measurement
 
 LINEAR = 1e-10  # distortion below which the spring is linear at the amplitude
@@ -158,7 +158,7 @@ def crossings(family: SectionFamily, N: complex) -> list[tuple[float, float]]:
 
 def distortion(family: SectionFamily, spring: Spring, cycle: Cycle) -> float:
     """Harmonics 2 … 9 of the motion over its amplitude, as the DF predicts them."""
-    from aeroflutter.harmonic.moment import answer
+    from aeroflutter.orbits.harmonic.moment import answer
 
     orders = np.arange(2, 10)
     given = answer(spring, cycle.Y)

@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aeroflutter.cycles import cycle_near
-from aeroflutter.cycles.loop import Loop
-from aeroflutter.describing import DescribingOptions, describing_curve
-from aeroflutter.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
-from aeroflutter.harmonic.moment import waveform
-from aeroflutter.lure import SectionFamily
-from aeroflutter.section import TypicalSection
+from aeroflutter.model.lure import SectionFamily
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.orbits.cycles import cycle_near
+from aeroflutter.orbits.cycles.loop import Loop
+from aeroflutter.orbits.describing import DescribingOptions, describing_curve
+from aeroflutter.orbits.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
+from aeroflutter.orbits.harmonic.moment import waveform
 from aeroflutter.springs import Cubic, Freeplay, Hysteresis, Spring
 from benchmarks import Measurement
 

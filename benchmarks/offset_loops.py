@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from aeroflutter.case import load_case
-from aeroflutter.cycles import Cycle, CycleOptions, LimitCycles, cycle_near, limit_cycles
-from aeroflutter.describing import DescribingCurve, DescribingOptions, describing_curve
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.harmonic import HarmonicOptions, sinusoid, solve_cycle
+from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycle_near, limit_cycles
+from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
+from aeroflutter.orbits.harmonic import HarmonicOptions, sinusoid, solve_cycle
 from benchmarks import Measurement
 
 OFFSETS = np.linspace(0.0, 0.5, 6)  # V_off, degrees

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 
 from aeroflutter import load_case
-from aeroflutter.describing import DescribingOptions, describing_curve
+from aeroflutter.orbits.describing import DescribingOptions, describing_curve
 from benchmarks import Measurement, wall_seconds
 
 

@@ -10,8 +10,8 @@ of the flutter speed.
 import numpy as np
 
 from aeroflutter import load_case
-from aeroflutter.cycles import limit_cycles
-from aeroflutter.describing import describing_curve
+from aeroflutter.orbits.cycles import limit_cycles
+from aeroflutter.orbits.describing import describing_curve
 from aeroflutter.plots.amplitudes import plot_amplitudes
 
 

@@ -9,9 +9,9 @@ its spring path, phase plane, spectrum and Poincaré section.
 from math import radians
 
 from aeroflutter import load_case
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.plots.timemarch import plot_response
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
 
 case = load_case("run102")
 system = case.family().at(0.83 * flutter_speed(case.family()))

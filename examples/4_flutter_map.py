@@ -8,9 +8,9 @@ How the motion ends for every airspeed and initial pitch: run 102 of the thesis,
 import numpy as np
 
 from aeroflutter import load_case
-from aeroflutter.maps import Axis, Grid, SpeedPitch, flutter_map
+from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.plots.maps import plot_map
-from aeroflutter.rootlocus import flutter_speed
+from aeroflutter.studies.maps import Axis, Grid, SpeedPitch, flutter_map
 
 case = load_case("run102")
 grid = Grid(

@@ -10,10 +10,10 @@ Lee (1995).
 import numpy as np
 
 from aeroflutter import load_case
-from aeroflutter.chaos import ChaosOptions, chaos, chaos_scan
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.chaos import ChaosOptions, chaos, chaos_scan
+from aeroflutter.motion.response import Initial
 from aeroflutter.plots.chaos import plot_chaos, plot_chaos_scan
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.response import Initial
 
 case = load_case("freeplay-02")
 family, start = case.family(), Initial(alpha=case.initial.alpha)

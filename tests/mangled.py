@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 from hypothesis import strategies as st
 
-from aeroflutter.case_source import builtin_names, read_case
-from aeroflutter.case_template import template
+from aeroflutter.case.source import builtin_names, read_case
+from aeroflutter.case.template import template
 
 VALID = [read_case(name) for name in builtin_names()]
 VALID += [template("table"), template("bilinear", dimensional=True), template("hysteresis")]

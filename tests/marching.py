@@ -14,10 +14,10 @@ from aeroflutter import (
     Table,
     TypicalSection,
 )
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch._kernel_exact_march import flow
-from aeroflutter.timemarch.prepared import Prepared
-from aeroflutter.timemarch.response import Initial
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion._kernel_exact_march import flow
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.response import Initial
 
 
 def event_march(system, spring, state, memory, duration, rtol=1e-12):

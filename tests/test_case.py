@@ -10,12 +10,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mangled import VALID, mangled_bytes
 
-from aeroflutter import case_schema as schema
-from aeroflutter.aerodynamics import QuasiSteady, Wagner
-from aeroflutter.case import Case, builtin_names, load_case
-from aeroflutter.case_source import parse_override
-from aeroflutter.case_template import template
+from aeroflutter.case import schema
+from aeroflutter.case.case import Case, builtin_names, load_case
+from aeroflutter.case.source import parse_override
+from aeroflutter.case.template import template
 from aeroflutter.errors import InputError
+from aeroflutter.model.aerodynamics import QuasiSteady, Wagner
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Table
 
 DEGREE = math.pi / 180

@@ -22,18 +22,18 @@ from aeroflutter import (
     Table,
     TypicalSection,
 )
-from aeroflutter.chaos import Band, ChaosOptions, Edge, band_edge, chaos, chaos_scan
-from aeroflutter.chaos import _kernel_tangent as kernel
-from aeroflutter.chaos.exact import ExactEngine
-from aeroflutter.chaos.exponents import measured, of_eigenvalues
-from aeroflutter.chaos.growth import Landing, first_tangents
-from aeroflutter.chaos.smooth import SmoothEngine, slope_law
-from aeroflutter.chaos.verdict import recurrence
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch._kernel_exact import REVERSAL
-from aeroflutter.timemarch._kernel_exact_march import EVENT_COLUMNS, flow
-from aeroflutter.timemarch.prepared import Prepared
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion._kernel_exact import REVERSAL
+from aeroflutter.motion._kernel_exact_march import EVENT_COLUMNS, flow
+from aeroflutter.motion.chaos import Band, ChaosOptions, Edge, band_edge, chaos, chaos_scan
+from aeroflutter.motion.chaos import _kernel_tangent as kernel
+from aeroflutter.motion.chaos.exact import ExactEngine
+from aeroflutter.motion.chaos.exponents import measured, of_eigenvalues
+from aeroflutter.motion.chaos.growth import Landing, first_tangents
+from aeroflutter.motion.chaos.smooth import SmoothEngine, slope_law
+from aeroflutter.motion.chaos.verdict import recurrence
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 
 DEGREE = np.pi / 180
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.2))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mangled import mangled_bytes
 
 from aeroflutter import __version__, cli
-from aeroflutter.case import builtin_names, load_case
+from aeroflutter.case.case import builtin_names, load_case
 from aeroflutter.cli import COMMANDS, main
 from aeroflutter.errors import ConvergenceError, InputError
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from aeroflutter.continuation import (
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.orbits.continuation import (
     ContinuationOptions,
     Walk,
     branch_direction,
@@ -18,7 +19,6 @@ from aeroflutter.continuation import (
     tangent_at,
     trace,
 )
-from aeroflutter.errors import ConvergenceError, InputError
 
 Array = NDArray[np.float64]
 

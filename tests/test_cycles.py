@@ -10,14 +10,14 @@ import pytest
 from marching import event_march
 
 from aeroflutter.case import load_case
-from aeroflutter.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
 from aeroflutter.errors import InputError
-from aeroflutter.lure import FixedFamily, LureFamily, SampledFamily, SectionFamily
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.section import TypicalSection
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.model.lure import FixedFamily, LureFamily, SampledFamily, SectionFamily
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.motion.endstates import end_state
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring
-from aeroflutter.timemarch.endstates import end_state
-from aeroflutter.timemarch.prepared import Prepared
 
 CHUNG = 6.2851  # U*_L as Chung, He & Lee 2009 round it; their speeds are multiples of it
 PLAIN = CycleOptions(simulations=0, depth=0)

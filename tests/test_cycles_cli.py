@@ -13,13 +13,13 @@ import xarray as xr
 
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
-from aeroflutter.cycles import CycleOptions, least_friction, limit_cycles, tolerance
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.lure import FixedFamily, SectionFamily
-from aeroflutter.section import TypicalSection
+from aeroflutter.model.lure import FixedFamily, SectionFamily
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.motion.endstates import end_state
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.orbits.cycles import CycleOptions, least_friction, limit_cycles, tolerance
 from aeroflutter.springs import Freeplay, Hysteresis, Linear
-from aeroflutter.timemarch.endstates import end_state
-from aeroflutter.timemarch.prepared import Prepared
 
 SECTION = SectionFamily(TypicalSection(omega_bar=0.8))
 QUICK = CycleOptions(simulations=0, depth=0, points=30)

@@ -8,19 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_lure import random_section
 
-from aeroflutter.aerodynamics import QuasiSteady
 from aeroflutter.case import load_case
-from aeroflutter.dataset import to_dataset
-from aeroflutter.describing import (
+from aeroflutter.errors import InputError
+from aeroflutter.linear.rootlocus import root_locus
+from aeroflutter.model.aerodynamics import QuasiSteady
+from aeroflutter.model.lure import FixedFamily, LureSystem, SectionFamily
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.orbits.describing import (
     DescribingOptions,
     describing_at,
     describing_curve,
     describing_intersections,
 )
-from aeroflutter.errors import InputError
-from aeroflutter.lure import FixedFamily, LureSystem, SectionFamily
-from aeroflutter.rootlocus import root_locus
-from aeroflutter.section import TypicalSection
+from aeroflutter.results.dataset import to_dataset
 from aeroflutter.springs import Cubic, Freeplay, Hysteresis, Table
 from aeroflutter.springs.control_adapter import SpringNonlinearity
 
@@ -72,7 +72,7 @@ def brute_force(family, spring, amplitude, speeds, ks):
     Around a simple zero of two real equations in two unknowns the argument turns once.
     """
     A, b = family.stack(speeds)
-    from aeroflutter.lure import inverse_transfer
+    from aeroflutter.model.lure import inverse_transfer
 
     value = inverse_transfer(A[:, None], b[:, None], family.c, 1j * ks[None, :]) + complex(
         spring.describing(amplitude, 0.0).N

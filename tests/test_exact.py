@@ -26,12 +26,12 @@ from aeroflutter import (
     TypicalSection,
     simplify,
 )
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.endstates import end_state
-from aeroflutter.timemarch.exact import _Log, march
-from aeroflutter.timemarch.houbolt import march as houbolt_march
-from aeroflutter.timemarch.prepared import Prepared
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.endstates import end_state
+from aeroflutter.motion.exact import _Log, march
+from aeroflutter.motion.houbolt import march as houbolt_march
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 
 DEGREE = np.pi / 180
 STIFF, SOFT = (SectionFamily(TypicalSection(omega_bar=ratio)) for ratio in (0.8, 0.2))

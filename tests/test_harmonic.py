@@ -10,11 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aeroflutter.case import load_case
-from aeroflutter.cycles import Cycle as ExactCycle
-from aeroflutter.cycles import cycle_near
-from aeroflutter.describing import DescribingCurve, DescribingOptions, describing_curve
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.harmonic import (
+from aeroflutter.model.lure import SectionFamily
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.orbits.cycles import Cycle as ExactCycle
+from aeroflutter.orbits.cycles import cycle_near
+from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
+from aeroflutter.orbits.harmonic import (
     Cycle,
     HarmonicBranch,
     HarmonicOptions,
@@ -25,10 +27,8 @@ from aeroflutter.harmonic import (
     sinusoid,
     solve_cycle,
 )
-from aeroflutter.harmonic.balance import Balance
-from aeroflutter.harmonic.moment import answer, waveform
-from aeroflutter.lure import SectionFamily
-from aeroflutter.section import TypicalSection
+from aeroflutter.orbits.harmonic.balance import Balance
+from aeroflutter.orbits.harmonic.moment import answer, waveform
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table, respond
 
 SECTION = {name: SectionFamily(TypicalSection(omega_bar=name)) for name in (0.2, 0.8)}

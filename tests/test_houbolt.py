@@ -26,11 +26,11 @@ from aeroflutter import (
     Wagner,
 )
 from aeroflutter.generated import houbolt as generated
-from aeroflutter.rootlocus import flutter_speed as exact_flutter_speed
-from aeroflutter.timemarch.houbolt import march
-from aeroflutter.timemarch.houbolt_scheme import Scheme, flutter_speed
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
-from aeroflutter.timemarch.second_order import SecondOrder
+from aeroflutter.linear.rootlocus import flutter_speed as exact_flutter_speed
+from aeroflutter.motion.houbolt import march
+from aeroflutter.motion.houbolt_scheme import Scheme, flutter_speed
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+from aeroflutter.motion.second_order import SecondOrder
 
 DEGREE = np.pi / 180
 SECTION = TypicalSection(omega_bar=0.8, zeta_alpha=0.01, zeta_xi=0.02)

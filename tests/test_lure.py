@@ -7,17 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles import determinant_root, impedance
 
-from aeroflutter.aerodynamics import QuasiSteady, Wagner
 from aeroflutter.errors import InputError
 from aeroflutter.generated import section as generated
-from aeroflutter.lure import (
+from aeroflutter.model.aerodynamics import QuasiSteady, Wagner
+from aeroflutter.model.lure import (
     FixedFamily,
     LureSystem,
     SampledFamily,
     SectionFamily,
     inverse_transfer_gradient,
 )
-from aeroflutter.section import TypicalSection
+from aeroflutter.model.section import TypicalSection
 
 
 @st.composite

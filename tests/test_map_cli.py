@@ -26,10 +26,10 @@ from killing import (
 
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.endstates import EndOptions, end_state
-from aeroflutter.timemarch.prepared import Prepared
-from aeroflutter.timemarch.response import STATES, Initial
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.endstates import EndOptions, end_state
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.response import STATES, Initial
 
 KEYS = {"cells", "damped", "lco", "aperiodic", "divergent", "undecided", "cpu_seconds", "store"}
 # Freeplay takes its time, so that there is something to kill: 47 blocks in a second or two.

@@ -8,7 +8,11 @@ from marching import event_march
 
 from aeroflutter import Cubic, Freeplay, Hysteresis, Linear, SectionFamily, TypicalSection
 from aeroflutter.errors import InputError
-from aeroflutter.maps import (
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.endstates import EndOptions, end_state
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.response import STATES, Initial, SimulateOptions
+from aeroflutter.studies.maps import (
     Axis,
     Grid,
     MapOptions,
@@ -20,14 +24,10 @@ from aeroflutter.maps import (
     flutter_map,
     run,
 )
-from aeroflutter.maps.attractors import label
-from aeroflutter.maps.engines import FAILED
-from aeroflutter.maps.refine import bisect
-from aeroflutter.maps.results import MemoryResults
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.endstates import EndOptions, end_state
-from aeroflutter.timemarch.prepared import Prepared
-from aeroflutter.timemarch.response import STATES, Initial, SimulateOptions
+from aeroflutter.studies.maps.attractors import label
+from aeroflutter.studies.maps.engines import FAILED
+from aeroflutter.studies.maps.refine import bisect
+from aeroflutter.studies.maps.results import MemoryResults
 
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.8))
 FLUTTER = flutter_speed(FAMILY)

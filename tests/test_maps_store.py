@@ -16,10 +16,10 @@ import pytest
 import zarr
 
 from aeroflutter.errors import AeroflutterError, InputError
-from aeroflutter.maps import Processes, Store, StoreFull, Threads, run
-from aeroflutter.maps.results import MemoryResults
-from aeroflutter.maps.store import MARK, differing
-from aeroflutter.maps.study import Outcome, Task, Variable
+from aeroflutter.studies.maps import Processes, Store, StoreFull, Threads, run
+from aeroflutter.studies.maps.results import MemoryResults
+from aeroflutter.studies.maps.store import MARK, differing
+from aeroflutter.studies.maps.study import Outcome, Task, Variable
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,7 +322,7 @@ def test_a_marker_is_written_after_its_data(tmp_path: Path, monkeypatch) -> None
     def no_marker(values):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("aeroflutter.maps.store._digest", no_marker)
+    monkeypatch.setattr("aeroflutter.studies.maps.store._digest", no_marker)
     with pytest.raises(KeyboardInterrupt):
         store.write(Outcome(task, arrays))
     assert np.array_equal(store.read("noise", task.region), arrays["noise"])

@@ -16,11 +16,11 @@ import pytest
 from aeroflutter.case import Case, load_case
 from aeroflutter.cli import main
 from aeroflutter.errors import ConvergenceError
+from aeroflutter.linear.rootlocus import flutter_point
+from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
 from aeroflutter.report import ReportOptions, analyse, gather, render
 from aeroflutter.report.motions import LEVELS, Motions, harmonic_motion, marched
-from aeroflutter.rootlocus import flutter_point
 from aeroflutter.springs import Linear
-from aeroflutter.timemarch.response import STATES, Initial, SimulateOptions, simulate
 
 SMALL = ("--speed-ratio", "0.9,0.95,1.05,1.1", "--alpha-deg", "2,6")
 

@@ -5,18 +5,18 @@ import pytest
 from oracles import crossings_by_kronecker
 from test_lure import random_section
 
-from aeroflutter.aerodynamics import QuasiSteady, Wagner
 from aeroflutter.errors import InputError
 from aeroflutter.generated import quasi_steady
-from aeroflutter.lure import LureSystem, SampledFamily, SectionFamily
-from aeroflutter.rootlocus import (
+from aeroflutter.linear.rootlocus import (
     RootLocusOptions,
     flutter_against_stiffness,
     flutter_point,
     flutter_speed,
     root_locus,
 )
-from aeroflutter.section import TypicalSection
+from aeroflutter.model.aerodynamics import QuasiSteady, Wagner
+from aeroflutter.model.lure import LureSystem, SampledFamily, SectionFamily
+from aeroflutter.model.section import TypicalSection
 
 
 def truncated(value, digits):

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aeroflutter.aerodynamics import Wagner
 from aeroflutter.errors import InputError
-from aeroflutter.section import Scale, TypicalSection
+from aeroflutter.model.aerodynamics import Wagner
+from aeroflutter.model.section import Scale, TypicalSection
 
 # A wing section of a light aircraft: 1.2 m chord, 25 kg/m, sea level
 SI = {"m": 25.0, "b": 0.6, "rho": 1.225, "a_h": -0.2}

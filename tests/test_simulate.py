@@ -15,14 +15,14 @@ from aeroflutter import (
     SectionFamily,
     TypicalSection,
 )
-from aeroflutter.dataset_timemarch import to_dataset
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion._kernel_settle import repeats, survey
+from aeroflutter.motion.response import STATES, Initial, Response, SimulateOptions, simulate
+from aeroflutter.motion.settling import rest_pitch
+from aeroflutter.motion.spectra import poincare_section, power_spectrum
+from aeroflutter.motion.sweeps import sweep, there_and_back
 from aeroflutter.plots.timemarch import FIGURES, plot_response, plot_sweeps
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch._kernel_settle import repeats, survey
-from aeroflutter.timemarch.response import STATES, Initial, Response, SimulateOptions, simulate
-from aeroflutter.timemarch.settling import rest_pitch
-from aeroflutter.timemarch.spectra import poincare_section, power_spectrum
-from aeroflutter.timemarch.sweeps import sweep, there_and_back
+from aeroflutter.results.timemarch import to_dataset
 
 DEGREE = np.pi / 180
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.8))

@@ -8,10 +8,10 @@ import scipy.linalg
 import scipy.special
 
 from aeroflutter import Cubic, LureSystem, SectionFamily, Spring, TypicalSection
-from aeroflutter.harmonic import HarmonicOptions, sinusoid, solve_cycle
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.response import Initial, SimulateOptions, simulate
-from aeroflutter.timemarch.smooth_steps import Limits, stepper
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+from aeroflutter.motion.smooth_steps import Limits, stepper
+from aeroflutter.orbits.harmonic import HarmonicOptions, sinusoid, solve_cycle
 
 DEGREE = np.pi / 180
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.2))

@@ -14,15 +14,21 @@ from scipy import stats
 
 from aeroflutter import Hysteresis, SectionFamily, TypicalSection
 from aeroflutter.cli import main
-from aeroflutter.describing import describing_curve
 from aeroflutter.errors import InputError
-from aeroflutter.maps import Processes, Threads
-from aeroflutter.maps.sampling import DESIGNS, KINDS, Distribution, parse_distribution, sample
-from aeroflutter.maps.sweep import Specimen, SweepOptions, sweep
-from aeroflutter.rootlocus import flutter_speed
-from aeroflutter.timemarch.endstates import end_state
-from aeroflutter.timemarch.prepared import Prepared
-from aeroflutter.timemarch.response import STATES, Initial
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.endstates import end_state
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.response import STATES, Initial
+from aeroflutter.orbits.describing import describing_curve
+from aeroflutter.studies.maps import Processes, Threads
+from aeroflutter.studies.maps.sampling import (
+    DESIGNS,
+    KINDS,
+    Distribution,
+    parse_distribution,
+    sample,
+)
+from aeroflutter.studies.maps.sweep import Specimen, SweepOptions, sweep
 
 # Each distribution by SciPy's name and parametrisation, independently of the module's.
 WRITTEN = {

@@ -9,24 +9,24 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from aeroflutter.cycles import cycle_near
-from aeroflutter.describing import (
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.guarantees import Guarantees, cut, guarantee_fields, guarantees, guarantees_at
+from aeroflutter.guarantees.bounds import mean_square_bounds, supremum_bounds
+from aeroflutter.guarantees.law import Law, law_of
+from aeroflutter.guarantees.loop import highest_harmonic, sample_loop
+from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
+from aeroflutter.model.lure import SectionFamily
+from aeroflutter.model.section import TypicalSection
+from aeroflutter.orbits.cycles import cycle_near
+from aeroflutter.orbits.describing import (
     DescribingCurve,
     DescribingOptions,
     describing_at,
     describing_curve,
 )
-from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
-from aeroflutter.harmonic.moment import answer, waveform
-from aeroflutter.lure import SectionFamily
-from aeroflutter.section import TypicalSection
+from aeroflutter.orbits.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
+from aeroflutter.orbits.harmonic.moment import answer, waveform
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring, Table
-from aeroflutter.validity import Guarantees, cut, guarantee_fields, guarantees, guarantees_at
-from aeroflutter.validity.bounds import mean_square_bounds, supremum_bounds
-from aeroflutter.validity.law import Law, law_of
-from aeroflutter.validity.loop import highest_harmonic, sample_loop
-from aeroflutter.validity.looptest import LoopTestOptions, loop_test
 
 SECTION = {name: SectionFamily(TypicalSection(omega_bar=name)) for name in (0.2, 0.8)}
 ODD = [

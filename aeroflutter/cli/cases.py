@@ -15,7 +15,7 @@ def cases(
 
     Any command takes one of these names in the place of a file.
     """
-    from aeroflutter.case import builtin_names
+    from aeroflutter.case.case import builtin_names
 
     rows = [_row(name) for name in builtin_names()]
     if json:

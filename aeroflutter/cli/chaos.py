@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.case import Case
-    from aeroflutter.chaos import Band, ChaosOptions, ChaosResult, ChaosScan, Edge
-    from aeroflutter.lure import LureSystem
-    from aeroflutter.timemarch.response import Initial
+    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.motion.chaos import Band, ChaosOptions, ChaosResult, ChaosScan, Edge
+    from aeroflutter.motion.response import Initial
 
 MOST_PEAKS = 100
 HALVINGS = 10
@@ -86,7 +86,7 @@ def chaos(
     Give --speed-ratio or --speed. A range of speeds, or of damping at one speed, gives the peaks
     of pitch and the exponents against it, and the bands of chaos.
     """
-    from aeroflutter.chaos import ChaosOptions
+    from aeroflutter.motion.chaos import ChaosOptions
 
     output.check()
     if follow and edges:
@@ -121,7 +121,7 @@ class _Study:
         alpha_deg: float | None,
     ) -> _Study:
         """Check what was given together."""
-        from aeroflutter.rootlocus import flutter_speed
+        from aeroflutter.linear.rootlocus import flutter_speed
 
         flutter = flutter_speed(case.family())
         speeds = _speeds(speed_ratio, speed, flutter)
@@ -205,7 +205,7 @@ def _speeds(ratio: str | None, speed: str | None, flutter: float | None) -> NDAr
 
 
 def _one(study: _Study, settings: ChaosOptions, output: Output) -> None:
-    from aeroflutter.chaos import chaos as analyse
+    from aeroflutter.motion.chaos import chaos as analyse
 
     value = float(study.values[0])
     system, spring = study.system(value), study.case.spring
@@ -272,7 +272,7 @@ def _show(study: _Study, payload: dict[str, Any]) -> None:
 
 
 def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, output: Output) -> None:
-    from aeroflutter.chaos import chaos_scan
+    from aeroflutter.motion.chaos import chaos_scan
 
     with late_bar("scanning") as tick:
         scan = chaos_scan(
@@ -301,7 +301,7 @@ def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, outp
 
 def _band(study: _Study, band: Band, settings: ChaosOptions, halve: bool) -> dict[str, Any]:
     """A band of chaos, its edges as [value without chaos, value with it]."""
-    from aeroflutter.chaos import band_edge
+    from aeroflutter.motion.chaos import band_edge
 
     def refined(edge: Edge | None) -> list[float] | None:
         if edge is None:
@@ -346,7 +346,7 @@ def _place(band: dict[str, Any], side: str) -> str:
 
 
 def _dataset(result: ChaosResult | ChaosScan, study: _Study) -> xr.Dataset:
-    from aeroflutter.dataset_chaos import to_dataset
+    from aeroflutter.results.chaos import to_dataset
 
     dataset = to_dataset(result, case=study.case)
     if study.values.size > 1:

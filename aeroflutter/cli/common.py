@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.case import Case
-    from aeroflutter.timemarch.response import Initial
+    from aeroflutter.motion.response import Initial
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 MOST_NUMBERS = 10_000_000
@@ -56,7 +56,7 @@ class CaseOptions:
     def load(self, name: str) -> Case:
         """The case with the changes of `--set`."""
         from aeroflutter.case import load_case
-        from aeroflutter.case_source import parse_override
+        from aeroflutter.case.source import parse_override
 
         return load_case(name, dict(map(parse_override, self.set)))
 
@@ -170,7 +170,7 @@ def initial_motion(case: Case, alpha_deg: float | None) -> Initial:
     InputError
         If the pitch is not finite.
     """
-    from aeroflutter.timemarch.response import Initial
+    from aeroflutter.motion.response import Initial
 
     motion = case.initial._asdict()
     if alpha_deg is not None:

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.describing import CycleFamily, DescribingCurve, Onset
-    from aeroflutter.validity import Guarantees
+    from aeroflutter.guarantees import Guarantees
+    from aeroflutter.orbits.describing import CycleFamily, DescribingCurve, Onset
 
 _ROUND_OFF = 1e-10  # expected error below which a motion is sinusoidal
 
@@ -46,7 +46,7 @@ def df(
     times its size. Every point says in which band of speed and amplitude a true cycle is proved to
     lie, or why there is no such guarantee and what error its distortion lets expect.
     """
-    from aeroflutter.describing import DescribingOptions, describing_at, describing_curve
+    from aeroflutter.orbits.describing import DescribingOptions, describing_at, describing_curve
 
     output.check()
     loaded = options.load(case)
@@ -80,7 +80,7 @@ def _guarantees(
 
     Points that are not a curve are `single`: none bounds its neighbour's amplitude.
     """
-    from aeroflutter.validity import cut, guarantees, guarantees_at
+    from aeroflutter.guarantees import cut, guarantees, guarantees_at
 
     if only is None and not single:
         return guarantees(case.family(), case.spring, result)
@@ -113,7 +113,7 @@ def _amplitude_range(text: str | None) -> tuple[float, float] | None:
 
 
 def _payload(case: Case, result: DescribingCurve, found: Guarantees) -> dict[str, Any]:
-    from aeroflutter.validity import guarantee_fields
+    from aeroflutter.guarantees import guarantee_fields
 
     unit = result.flutter_speed
     return {
@@ -254,7 +254,7 @@ def _chosen(result: DescribingCurve, every: bool, count: int = 12) -> list[int]:
 
 
 def _dataset(case: Case, result: DescribingCurve, found: Guarantees) -> xr.Dataset:
-    from aeroflutter.dataset_validity import describing_to_dataset
+    from aeroflutter.results.guarantees import describing_to_dataset
 
     return describing_to_dataset(result, found, case=case)
 

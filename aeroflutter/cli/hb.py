@@ -16,7 +16,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.harmonic import Bifurcation, HarmonicBranch, HarmonicOnset, HarmonicOptions
+    from aeroflutter.orbits.harmonic import (
+        Bifurcation,
+        HarmonicBranch,
+        HarmonicOnset,
+        HarmonicOptions,
+    )
 
 Branches = tuple["HarmonicBranch", ...]
 
@@ -56,7 +61,7 @@ def hb(
     as it takes, through folds; Hill's method gives its multipliers and bifurcations. With
     --harmonics 1 the describing function itself is obtained.
     """
-    from aeroflutter.harmonic import HarmonicOptions, harmonic_families
+    from aeroflutter.orbits.harmonic import HarmonicOptions, harmonic_families
 
     output.check()
     settings = HarmonicOptions(
@@ -99,7 +104,7 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Branches:
     """The branches that leave where symmetry breaks; those that cannot be followed are named."""
-    from aeroflutter.harmonic import asymmetric_branch
+    from aeroflutter.orbits.harmonic import asymmetric_branch
 
     found: list[HarmonicBranch] = []
     for branch in branches:
@@ -237,7 +242,7 @@ def _sentence(onset: HarmonicOnset) -> str:
 
 
 def _dataset(case: Case, branches: Branches) -> xr.Dataset:
-    from aeroflutter.dataset_harmonic import branches_to_dataset
+    from aeroflutter.results.harmonic import branches_to_dataset
 
     return branches_to_dataset(branches, case=case)
 

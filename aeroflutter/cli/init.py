@@ -25,7 +25,7 @@ def init(
     ] = False,
 ) -> None:
     """Write a commented case file to start from: every key, its default and its meaning."""
-    from aeroflutter.case_template import template
+    from aeroflutter.case.template import template
     from aeroflutter.files import replacing
 
     text = template(kind, dimensional=si)

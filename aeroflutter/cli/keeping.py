@@ -15,7 +15,7 @@ from aeroflutter.errors import AeroflutterError, InputError
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
-    from aeroflutter.maps import Executor
+    from aeroflutter.studies.maps import Executor
 
 
 @Parameter(name="*")
@@ -102,8 +102,8 @@ class Keeping:
         InputError
             If the number of workers is negative, or a scheduler is given as well.
         """
-        from aeroflutter.maps import Cluster, Processes, Threads
-        from aeroflutter.maps.executors import cores
+        from aeroflutter.studies.maps import Cluster, Processes, Threads
+        from aeroflutter.studies.maps.executors import cores
 
         if self.scheduler is not None:
             if self.workers is not None:
@@ -119,14 +119,14 @@ class Keeping:
 
     def opened(self, study: Any, case: Case) -> Any:
         """The results of a study as a context: the store, or memory."""
-        from aeroflutter.maps import Store
-        from aeroflutter.maps.results import MemoryResults
+        from aeroflutter.studies.maps import Store
+        from aeroflutter.studies.maps.results import MemoryResults
 
         if self.store is None:
             return contextlib.nullcontext(MemoryResults(study))
         if self.resume:
             return contextlib.closing(Store.resume(self.store, study))
-        from aeroflutter.dataset import VARIABLES, provenance
+        from aeroflutter.results.dataset import VARIABLES, provenance
 
         store = Store.create(self.store, study, overwrite=self.overwrite)
         store.annotate(provenance(case), VARIABLES)
@@ -136,7 +136,7 @@ class Keeping:
 def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     """Run a study with its progress on stderr; an interrupted run says how to go on."""
     from aeroflutter.cli.progress import patience, progress
-    from aeroflutter.maps import Cluster, Store, run
+    from aeroflutter.studies.maps import Cluster, Store, run
 
     if not isinstance(executor, Cluster):
         with patience("compiling the engine; this happens once and takes a minute or two"):

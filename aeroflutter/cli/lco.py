@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.cycles import (
+    from aeroflutter.orbits.cycles import (
         Bifurcation,
         Cycle,
         CycleFamily,
@@ -77,7 +77,7 @@ def lco(
     """
     from aeroflutter.cli.overlays import overlays
     from aeroflutter.cli.progress import counting
-    from aeroflutter.cycles import CycleOptions, cycles_at, limit_cycles
+    from aeroflutter.orbits.cycles import CycleOptions, cycles_at, limit_cycles
 
     output.check()
     loaded = options.load(case)
@@ -116,7 +116,7 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _speed(case: Case, speed: float | None, ratio: float | None) -> float | None:
     """The one speed U* asked for, None for the whole branch."""
-    from aeroflutter.rootlocus import flutter_speed
+    from aeroflutter.linear.rootlocus import flutter_speed
 
     if speed is not None and ratio is not None:
         raise InputError("--speed, --speed-ratio: give one of the two, not both")
@@ -310,7 +310,7 @@ def _largest(cycle: Cycle) -> str:
 
 
 def _dataset(case: Case, result: LimitCycles, here: CyclesAt | None) -> xr.Dataset:
-    from aeroflutter.dataset_cycles import to_dataset
+    from aeroflutter.results.cycles import to_dataset
 
     return to_dataset(result if here is None else here, case=case)
 

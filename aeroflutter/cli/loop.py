@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.describing import DescribingCurve
-    from aeroflutter.validity.looptest import LoopCycle, LoopTest
+    from aeroflutter.guarantees.looptest import LoopCycle, LoopTest
+    from aeroflutter.orbits.describing import DescribingCurve
 
 
 def loop(
@@ -39,8 +39,8 @@ def loop(
     and the verdict: bands of speed and amplitude that are proved to hold the true cycle, or the
     reason why there are none.
     """
-    from aeroflutter.describing import describing_curve
-    from aeroflutter.validity.looptest import LoopTestOptions, loop_test
+    from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
+    from aeroflutter.orbits.describing import describing_curve
 
     output.check()
     settings = LoopTestOptions(harmonics=harmonics, spoils=spoils)
@@ -85,7 +85,7 @@ def _payload(case: Case, result: LoopTest) -> dict[str, Any]:
 
 
 def _cycle(result: LoopTest, one: LoopCycle) -> dict[str, Any]:
-    from aeroflutter.validity import guarantee_fields
+    from aeroflutter.guarantees import guarantee_fields
 
     unit = result.speed / result.speed_ratio if math.isfinite(result.speed_ratio) else None
     columns = zip(
@@ -154,7 +154,7 @@ def _verdict(fields: dict[str, Any]) -> str:
 
 
 def _dataset(case: Case, result: LoopTest) -> xr.Dataset:
-    from aeroflutter.dataset_harmonic import loop_to_dataset
+    from aeroflutter.results.harmonic import loop_to_dataset
 
     return loop_to_dataset(result, case=case)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.cli.studies import CaseCells
-    from aeroflutter.maps import Axis, Executor, FlutterMap, Grid
+    from aeroflutter.studies.maps import Axis, Executor, FlutterMap, Grid
 
 SMALL = 20_000  # cells up to which threads of this process are as fast as processes
 SPEED_RATIO, ALPHA_DEG = "0.1:1:91", "1:15:29"
@@ -114,7 +114,7 @@ def axes(
     InputError
         If they ask for more or fewer than two axes.
     """
-    from aeroflutter.maps import Axis, Grid
+    from aeroflutter.studies.maps import Axis, Grid
 
     if speed_ratio is not None and speed is not None:
         raise InputError("--speed: excludes --speed-ratio; give one of the two")
@@ -146,7 +146,7 @@ def axes(
 
 
 def _keyed(option: str, text: str) -> Axis:
-    from aeroflutter.maps import Axis
+    from aeroflutter.studies.maps import Axis
 
     key, equals, values = text.partition("=")
     if not (equals and key.strip() and values.strip()):
@@ -159,8 +159,8 @@ def _keyed(option: str, text: str) -> Axis:
 def _settings(
     engine: str, dt: float, duration: float | None, thesis: bool, refine: float | None
 ) -> Any:
-    from aeroflutter.maps import MapOptions
-    from aeroflutter.timemarch.response import SimulateOptions
+    from aeroflutter.motion.response import SimulateOptions
+    from aeroflutter.studies.maps import MapOptions
 
     if thesis:
         march = SimulateOptions.thesis(record=False)
@@ -173,7 +173,7 @@ def _settings(
 def _run(
     case: Case, cells: CaseCells, settings: Any, executor: Executor, keeping: Keeping
 ) -> FlutterMap:
-    from aeroflutter.maps import MapStudy, collect
+    from aeroflutter.studies.maps import MapStudy, collect
 
     study = MapStudy(cells, settings)
     with keeping.opened(study, case) as results:
@@ -224,7 +224,7 @@ def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> No
 
 
 def _dataset(case: Case, found: FlutterMap) -> Any:
-    from aeroflutter.dataset import to_dataset
+    from aeroflutter.results.dataset import to_dataset
 
     return to_dataset(found, case=case)
 
@@ -238,7 +238,7 @@ def _figure(case: Case, cells: CaseCells, found: FlutterMap) -> Figure:
 def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
     """Speeds that mean something, in units of the x axis: flutter and onset of limit cycles."""
     from aeroflutter.errors import ConvergenceError
-    from aeroflutter.rootlocus import flutter_speed
+    from aeroflutter.linear.rootlocus import flutter_speed
 
     if cells.shared != 0 or found.grid.x.key not in ("speed", "speed_ratio"):
         return {}
@@ -256,7 +256,7 @@ def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
 
 
 def _df_onset(case: Case) -> float | None:
-    from aeroflutter.describing import describing_curve
+    from aeroflutter.orbits.describing import describing_curve
 
     onset = describing_curve(case.family(), case.spring).onset
     return None if onset is None else onset.speed
@@ -264,7 +264,7 @@ def _df_onset(case: Case) -> float | None:
 
 def _exact_onset(case: Case) -> float | None:
     """Onset of exact limit cycles; the families that branch off later are not looked for."""
-    from aeroflutter.cycles import CycleOptions, limit_cycles
+    from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
 
     onset = limit_cycles(case.family(), case.spring, CycleOptions(depth=0, points=2)).onset
     return None if onset is None else onset.cycle.speed

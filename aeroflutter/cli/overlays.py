@@ -98,13 +98,13 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
 
 
 def _flutter(case: Case) -> float | None:
-    from aeroflutter.rootlocus import flutter_speed
+    from aeroflutter.linear.rootlocus import flutter_speed
 
     return flutter_speed(case.family())
 
 
 def _describing(case: Case) -> Overlay:
-    from aeroflutter.describing import describing_curve
+    from aeroflutter.orbits.describing import describing_curve
     from aeroflutter.plots.cycles import Overlay
 
     curve = describing_curve(case.family(), case.spring)
@@ -117,10 +117,10 @@ def _simulated(case: Case, speeds: NDArray[np.float64]) -> list[Overlay]:
     """How motions from several initial pitches end at each speed, by the exact engine."""
     import numpy as np
 
+    from aeroflutter.motion.endstates import EndOptions, end_states
+    from aeroflutter.motion.prepared import Prepared
+    from aeroflutter.motion.response import STATES
     from aeroflutter.plots.cycles import Overlay
-    from aeroflutter.timemarch.endstates import EndOptions, end_states
-    from aeroflutter.timemarch.prepared import Prepared
-    from aeroflutter.timemarch.response import STATES
 
     family, spring = case.family(), case.spring
     pitches = sum(spring.span()) / 2 + spring.scale * np.geomspace(*_PITCHES, _MOTIONS)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from aeroflutter.maps import Progress
+    from aeroflutter.studies.maps import Progress
 
 FIRST, OFTEN = 5.0, 10.0  # seconds until the first plain line, and between two
 

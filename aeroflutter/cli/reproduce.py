@@ -47,9 +47,9 @@ def reproduce(
     What is there from the same code is kept, so an interrupted run goes on where it stopped.
     """
     from aeroflutter.files import replacing
-    from aeroflutter.maps import Progress
     from aeroflutter.reproduce import choose
     from aeroflutter.reproduce import reproduce as make
+    from aeroflutter.studies.maps import Progress
 
     if workers is not None and workers < 1:
         raise InputError(f"--workers: must be at least 1, not {workers}")

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.lure import Real
-    from aeroflutter.rootlocus import Crossing, RootLocus
+    from aeroflutter.linear.rootlocus import Crossing, RootLocus
+    from aeroflutter.model.lure import Real
 
 
 def rootlocus(
@@ -40,7 +40,7 @@ def rootlocus(
     The spring is replaced by a linear one. By default speeds from 0.02 to 20 times
     r_alpha sqrt(mu) are searched; every crossing of the imaginary axis is listed.
     """
-    from aeroflutter.rootlocus import RootLocusOptions, flutter_against_stiffness, root_locus
+    from aeroflutter.linear.rootlocus import RootLocusOptions, flutter_against_stiffness, root_locus
 
     output.check()
     loaded = options.load(case)
@@ -138,7 +138,7 @@ def _si(case: Case, speed: float) -> str:
 
 
 def _dataset(case: Case, result: RootLocus) -> xr.Dataset:
-    from aeroflutter.dataset import to_dataset
+    from aeroflutter.results.dataset import to_dataset
 
     return to_dataset(result, case=case)
 

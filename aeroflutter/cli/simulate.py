@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.timemarch.response import Initial, Response, SimulateOptions
-    from aeroflutter.timemarch.sweeps import Sweep
+    from aeroflutter.motion.response import Initial, Response, SimulateOptions
+    from aeroflutter.motion.sweeps import Sweep
 
 PATIENCE = 2.0  # seconds before a progress bar appears
 
@@ -180,7 +180,7 @@ class _Run:
 
 
 def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> SimulateOptions:
-    from aeroflutter.timemarch.response import SimulateOptions
+    from aeroflutter.motion.response import SimulateOptions
 
     if thesis:
         if engine == "exact":
@@ -191,7 +191,7 @@ def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> S
 
 
 def _flutter_speed(case: Case) -> float | None:
-    from aeroflutter.rootlocus import flutter_speed
+    from aeroflutter.linear.rootlocus import flutter_speed
 
     return flutter_speed(case.family())
 
@@ -219,7 +219,7 @@ def _needed(flutter: float | None) -> float:
 def _single(
     case: Case, start: Initial, settings: SimulateOptions, speed: float, flutter: float | None
 ) -> _Run:
-    from aeroflutter.timemarch.response import simulate as march
+    from aeroflutter.motion.response import simulate as march
 
     with late_bar("simulating") as tick:
         system = case.family().at(speed)
@@ -228,7 +228,7 @@ def _single(
 
 
 def _dataset(result: Response | Sweep, case: Case, extra: dict[str, float]) -> xr.Dataset:
-    from aeroflutter.dataset_timemarch import to_dataset
+    from aeroflutter.results.timemarch import to_dataset
 
     return to_dataset(result, case=case).assign_attrs(extra)
 
@@ -254,8 +254,8 @@ def _sweeps(
     output: Output,
 ) -> None:
     """Up and down again; the way down starts where the way up ended, or from `start` if it left."""
+    from aeroflutter.motion.sweeps import there_and_back
     from aeroflutter.plots.timemarch import plot_sweeps
-    from aeroflutter.timemarch.sweeps import there_and_back
 
     reference = _needed(flutter)
     with late_bar("sweeping") as tick:

@@ -133,7 +133,7 @@ def _print(
 
 
 def _dataset(payload: dict[str, Any], case: Any) -> Any:
-    from aeroflutter.dataset import labelled
+    from aeroflutter.results.dataset import labelled
 
     path, gains = payload["path"], payload["describing"]
     variables = {name: ("sample", values) for name, values in path.items()}

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.case import Case, load_case
-from aeroflutter.case_source import parse_case
+from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
-from aeroflutter.lure import LureSystem, SectionFamily
-from aeroflutter.maps import Axis, Grid, Group
-from aeroflutter.maps.cells import started
-from aeroflutter.timemarch.response import Initial
+from aeroflutter.model.lure import LureSystem, SectionFamily
+from aeroflutter.motion.response import Initial
+from aeroflutter.studies.maps import Axis, Grid, Group
+from aeroflutter.studies.maps.cells import started
 
 Array = NDArray[np.float64]
 
@@ -147,7 +147,7 @@ def _case(
 
 
 def _flutter(case: Case, family: SectionFamily) -> float:
-    from aeroflutter.rootlocus import flutter_speed
+    from aeroflutter.linear.rootlocus import flutter_speed
 
     speed = flutter_speed(family)
     if speed is None or not math.isfinite(speed):

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.maps.sampling import Distribution
-    from aeroflutter.maps.sweep import Specimen, SweepResult, SweepStudy
+    from aeroflutter.studies.maps.sampling import Distribution
+    from aeroflutter.studies.maps.sweep import Specimen, SweepResult, SweepStudy
 
 SMALL = 20  # sections up to which this process is done before others have started
 SPEEDS = ("speed", "speed_ratio")
@@ -67,8 +67,8 @@ def sweep(
     Distributions are cut off where no section can be: a mass ratio is positive, say. Samples
     that no section can have all the same (|x_alpha| above r_alpha) are counted as invalid.
     """
-    from aeroflutter.maps.sampling import sample as draw
-    from aeroflutter.maps.sweep import SweepOptions, SweepStudy, gather
+    from aeroflutter.studies.maps.sampling import sample as draw
+    from aeroflutter.studies.maps.sweep import SweepOptions, SweepStudy, gather
 
     keeping.check()
     output = Output(json=json, out=keeping.netcdf, plot=plot)
@@ -123,7 +123,7 @@ def parse_varied(texts: list[str]) -> dict[str, Distribution]:
 
 
 def _varied(text: str) -> tuple[str, Distribution]:
-    from aeroflutter.maps.sampling import parse_distribution
+    from aeroflutter.studies.maps.sampling import parse_distribution
 
     key, equals, written = text.partition("=")
     key = key.strip()
@@ -134,7 +134,7 @@ def _varied(text: str) -> tuple[str, Distribution]:
 
 def bounds(key: str) -> tuple[float, float]:
     """Between what numbers a key may lie, by the schema of case files."""
-    from aeroflutter import case_schema as schema
+    from aeroflutter.case import schema
 
     table, _, name = key.rpartition(".")
     for model in schema.TABLES.get(table, ()):
@@ -205,8 +205,8 @@ class CaseModel:
 
     def at(self, values: Mapping[str, float]) -> Specimen:
         """The section with these values."""
-        from aeroflutter.maps.sweep import Specimen
-        from aeroflutter.timemarch.response import Initial
+        from aeroflutter.motion.response import Initial
+        from aeroflutter.studies.maps.sweep import Specimen
 
         case = self._case({name: v for name, v in values.items() if name not in SPEEDS})
         initial = Initial(**case.initial._asdict())
@@ -214,13 +214,13 @@ class CaseModel:
 
     def identity(self) -> dict[str, Any]:
         """The case and where it is marched."""
-        from aeroflutter.case_source import parse_case
+        from aeroflutter.case.source import parse_case
 
         return {"case": parse_case(self.text, self.source), "at": self.kind, "value": self.value}
 
     def _case(self, overrides: Mapping[str, float]) -> Case:
         from aeroflutter.case import load_case
-        from aeroflutter.case_source import parse_case
+        from aeroflutter.case.source import parse_case
 
         return load_case(parse_case(self.text, self.source), overrides)
 
@@ -241,8 +241,8 @@ class CaseModel:
 def nominal_flutter(text: str, source: str) -> float:
     """Linear flutter speed of the case as it stands."""
     from aeroflutter.case import load_case
-    from aeroflutter.case_source import parse_case
-    from aeroflutter.rootlocus import flutter_speed
+    from aeroflutter.case.source import parse_case
+    from aeroflutter.linear.rootlocus import flutter_speed
 
     speed = flutter_speed(load_case(parse_case(text, source)).family())
     if speed is None:
@@ -301,7 +301,7 @@ def _print(case: Case, found: SweepResult, wall: float) -> None:
 
 
 def _dataset(case: Case, study: SweepStudy, found: SweepResult) -> Any:
-    from aeroflutter.dataset import to_dataset
+    from aeroflutter.results.dataset import to_dataset
 
     varied = study.about["vary"].items()
     return to_dataset(found, case=case).assign_attrs(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.cycles import Tolerance
+    from aeroflutter.orbits.cycles import Tolerance
 
 _SPRING_KEYS = {
     "delta_v": "delta_v_deg",
@@ -54,8 +54,8 @@ def tolerance(
     Every stable limit cycle up to --speed-ratio is to stay below --amplitude-deg, half peak to
     peak. A piecewise-linear spring is scale-free, so one branch answers for its size.
     """
-    from aeroflutter.cycles import least_friction
-    from aeroflutter.cycles import tolerance as largest_size
+    from aeroflutter.orbits.cycles import least_friction
+    from aeroflutter.orbits.cycles import tolerance as largest_size
 
     output.check()
     problems = [
@@ -145,7 +145,7 @@ def _print(case: Case, result: Tolerance, vary: str) -> None:
 
 
 def _dataset(case: Case, result: Tolerance) -> xr.Dataset:
-    from aeroflutter.dataset_cycles import to_dataset
+    from aeroflutter.results.cycles import to_dataset
 
     return to_dataset(result, case=case)
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.cycles import LimitCycles
-    from aeroflutter.describing import DescribingCurve
+    from aeroflutter.orbits.cycles import LimitCycles
+    from aeroflutter.orbits.describing import DescribingCurve
 
     Array = np.ndarray
 

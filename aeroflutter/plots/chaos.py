@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.chaos import ChaosResult, ChaosScan
-    from aeroflutter.timemarch.response import Response
+    from aeroflutter.motion.chaos import ChaosResult, ChaosScan
+    from aeroflutter.motion.response import Response
 
 __all__ = ["plot_chaos", "plot_chaos_scan"]
 

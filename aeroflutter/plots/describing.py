@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.describing import DescribingCurve
-    from aeroflutter.validity import Guarantees
+    from aeroflutter.guarantees import Guarantees
+    from aeroflutter.orbits.describing import DescribingCurve
 
 
 def plot_describing(

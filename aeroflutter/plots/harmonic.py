@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.harmonic import HarmonicBranch
+    from aeroflutter.orbits.harmonic import HarmonicBranch
 
 _MARKS = {
     "fold": ("o", look.BLACK),
@@ -38,7 +38,7 @@ def plot_branches(branches: Sequence[HarmonicBranch], title: str = "") -> Figure
 
 def plot_waveform(branch: HarmonicBranch, index: int, title: str = "") -> Figure:
     """Pitch over one period and its harmonics, of one cycle of a branch."""
-    from aeroflutter.harmonic.moment import waveform
+    from aeroflutter.orbits.harmonic.moment import waveform
 
     Y = branch.cycles[index].Y
     with look.style():

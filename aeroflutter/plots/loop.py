@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.validity.looptest import LoopCycle, LoopTest
+    from aeroflutter.guarantees.looptest import LoopCycle, LoopTest
 
 
 def plot_loop(test: LoopTest, title: str = "", cycle: int = -1) -> Figure:

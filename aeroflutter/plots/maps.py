@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.maps.engines import FAILED
+from aeroflutter.motion.response import STATES
 from aeroflutter.plots import style as look
-from aeroflutter.timemarch.response import STATES
+from aeroflutter.studies.maps.engines import FAILED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from aeroflutter.maps.flutter_map import FlutterMap
-    from aeroflutter.maps.sweep import SweepResult
+    from aeroflutter.studies.maps.flutter_map import FlutterMap
+    from aeroflutter.studies.maps.sweep import SweepResult
 
     Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.lure import Real
-    from aeroflutter.rootlocus import RootLocus
+    from aeroflutter.linear.rootlocus import RootLocus
+    from aeroflutter.model.lure import Real
 
 
 def plot_root_locus(result: RootLocus, title: str = "") -> Figure:

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.motion.spectra import LEAST_SAMPLES, poincare_section, power_spectrum
 from aeroflutter.plots import style as look
-from aeroflutter.timemarch.spectra import LEAST_SAMPLES, poincare_section, power_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from aeroflutter.lure import Real
-    from aeroflutter.timemarch.response import Response
-    from aeroflutter.timemarch.sweeps import Sweep
+    from aeroflutter.model.lure import Real
+    from aeroflutter.motion.response import Response
+    from aeroflutter.motion.sweeps import Sweep
 
 __all__ = ["FIGURES", "plot_overview", "plot_response", "plot_sweeps"]
 

@@ -9,17 +9,25 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.cycles import LimitCycles, limit_cycles
-from aeroflutter.describing import DescribingCurve, describing_curve
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.harmonic import HarmonicBranch, harmonic_families
-from aeroflutter.lure import LureFamily
-from aeroflutter.maps import Axis, Executor, FlutterMap, Grid, MapOptions, SpeedPitch, flutter_map
-from aeroflutter.maps.engines import MARCH
-from aeroflutter.rootlocus import RootLocus, root_locus
+from aeroflutter.guarantees import Guarantees, guarantees
+from aeroflutter.linear.rootlocus import RootLocus, root_locus
+from aeroflutter.model.lure import LureFamily
+from aeroflutter.motion.response import Initial
+from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
+from aeroflutter.orbits.describing import DescribingCurve, describing_curve
+from aeroflutter.orbits.harmonic import HarmonicBranch, harmonic_families
 from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
-from aeroflutter.timemarch.response import Initial
-from aeroflutter.validity import Guarantees, guarantees
+from aeroflutter.studies.maps import (
+    Axis,
+    Executor,
+    FlutterMap,
+    Grid,
+    MapOptions,
+    SpeedPitch,
+    flutter_map,
+)
+from aeroflutter.studies.maps.engines import MARCH
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
 from aeroflutter.report.analyses import period
 from aeroflutter.report.motions import Motions, harmonic_motion, marched
 from aeroflutter.springs import respond
-from aeroflutter.timemarch.response import STATES, Initial, SimulateOptions, simulate
 
 if TYPE_CHECKING:
-    from aeroflutter.cycles import CycleFamily
-    from aeroflutter.harmonic import HarmonicBranch
+    from aeroflutter.orbits.cycles import CycleFamily
+    from aeroflutter.orbits.harmonic import HarmonicBranch
     from aeroflutter.report.analyses import Analyses
 
 __all__ = ["gather"]

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.harmonic.moment import waveform
+from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
+from aeroflutter.orbits.harmonic.moment import waveform
 from aeroflutter.springs import respond
-from aeroflutter.timemarch.response import Initial, Response, SimulateOptions, simulate
 
 if TYPE_CHECKING:
-    from aeroflutter.lure import LureSystem
+    from aeroflutter.model.lure import LureSystem
     from aeroflutter.springs import Spring
 
 __all__ = ["Motions", "harmonic_motion", "marched"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from aeroflutter.section import TypicalSection
+    from aeroflutter.model.section import TypicalSection
 
 __all__ = ["sketch"]
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.cycles import LimitCycles, limit_cycles
-from aeroflutter.describing import DescribingCurve, describing_curve
-from aeroflutter.maps import Axis, FlutterMap, Grid, SpeedPitch, flutter_map
-from aeroflutter.rootlocus import flutter_against_stiffness, flutter_speed, root_locus
+from aeroflutter.linear.rootlocus import flutter_against_stiffness, flutter_speed, root_locus
+from aeroflutter.motion.response import STATES, Initial, Response, SimulateOptions, simulate
+from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
+from aeroflutter.orbits.describing import DescribingCurve, describing_curve
 from aeroflutter.springs import respond
-from aeroflutter.timemarch.response import STATES, Initial, Response, SimulateOptions, simulate
+from aeroflutter.studies.maps import Axis, FlutterMap, Grid, SpeedPitch, flutter_map
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,9 +14,9 @@ from typing import Any
 
 from aeroflutter.case import Case, load_case
 from aeroflutter.files import replacing
-from aeroflutter.maps.fingerprint import code_hash
 from aeroflutter.reproduce import figures
 from aeroflutter.reproduce.catalogue import Exhibit
+from aeroflutter.studies.maps.fingerprint import code_hash
 
 __all__ = ["Printed", "reproduce"]
 
@@ -141,7 +141,7 @@ def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
 
 def _identity(exhibit: Exhibit, case: Case) -> str:
     """Hash of all that the exhibit depends on."""
-    code = code_hash("continuation", "cycles", "plots", "reproduce")
+    code = code_hash("orbits/continuation", "orbits/cycles", "plots", "reproduce")
     parts = json.dumps([asdict(exhibit), case.text, code], sort_keys=True)
     return hashlib.sha256(parts.encode()).hexdigest()
 

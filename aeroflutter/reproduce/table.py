@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from aeroflutter.case import load_case
-from aeroflutter.cycles import limit_cycles
-from aeroflutter.describing import describing_curve
+from aeroflutter.orbits.cycles import limit_cycles
+from aeroflutter.orbits.describing import describing_curve
 
 __all__ = ["THESIS", "Row", "onset_table", "rows"]
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from aeroflutter.generated import houbolt, section
-from aeroflutter.timemarch import houbolt_scheme
+from aeroflutter.motion import houbolt_scheme
 
 PAR = {
     "mu": 40.0,

@@ -1,0 +1,62 @@
+"""Module names of 0.1.0: they go on working, with a warning that says the name of today."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec
+from types import ModuleType
+
+MOVED = {
+    "aerodynamics": "model.aerodynamics",
+    "chaos": "motion.chaos",
+    "continuation": "orbits.continuation",
+    "cycles": "orbits.cycles",
+    "dataset": "results.dataset",
+    "describing": "orbits.describing",
+    "harmonic": "orbits.harmonic",
+    "lure": "model.lure",
+    "maps": "studies.maps",
+    "modes": "linear.modes",
+    "rootlocus": "linear.rootlocus",
+    "section": "model.section",
+    "timemarch": "motion",
+    "validity": "guarantees",
+}
+
+
+class FormerNames(MetaPathFinder, Loader):
+    """Finds `aeroflutter.section` where `aeroflutter.model.section` is, and so on."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """The module of today, if `fullname` was one."""
+        package, _, rest = fullname.partition(".")
+        first, _, inner = rest.partition(".")
+        if package != __package__ or first not in MOVED:
+            return None
+        today = ".".join(filter(None, (package, MOVED[first], inner)))
+        return ModuleSpec(fullname, self, origin=today) if find_spec(today) else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """The very module that has another name today."""
+        assert spec.origin is not None
+        warnings.warn(f"{spec.name} is {spec.origin} now", DeprecationWarning, stacklevel=2)
+        module = import_module(spec.origin)
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """It has run already: all to be done is to give it back the spec of today's name."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state
+
+
+def install() -> None:
+    """Let the former names be found, before the path of a package that holds the module."""
+    sys.meta_path.insert(0, FormerNames())

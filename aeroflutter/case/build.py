@@ -1,0 +1,178 @@
+"""Build what the tables of a case describe, with every problem of every table reported."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aeroflutter import springs
+from aeroflutter.case import schema
+from aeroflutter.case.check import (
+    OVERFLOW,
+    CheckedTable,
+    check_names,
+    check_table,
+    check_variant,
+    show,
+)
+from aeroflutter.errors import InputError
+from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
+from aeroflutter.model.lure import SectionFamily
+from aeroflutter.model.section import TypicalSection
+
+TOP_LEVEL = ("title", "section", "aerodynamics", "spring", "initial")
+
+SPRINGS: dict[str, Callable[..., springs.Spring]] = {
+    "linear": springs.Linear,
+    "cubic": springs.Cubic,
+    "table": springs.Table,
+    "bilinear": springs.Bilinear,
+    "freeplay": springs.Freeplay,
+    "hysteresis": springs.Hysteresis,
+}
+
+_FIELDS = {"moment_deg": "moments"}
+"""Fields of springs that are not their key without `_deg`."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """What a case holds, and its tables completed by their defaults."""
+
+    section: TypicalSection
+    aerodynamics: Aerodynamics
+    spring: springs.Spring
+    initial: dict[str, float]
+    tables: dict[str, Any]
+
+
+def build(given: Mapping[str, Any]) -> Built:
+    """Check all tables and build what they describe.
+
+    Raises
+    ------
+    InputError
+        All problems of all tables at once.
+    """
+    problems = check_names(given, TOP_LEVEL)
+    title = given.get("title", "")
+    if not isinstance(title, str) or not title.isprintable():
+        problems.append(f"title: must be one line of text, not {show(title)}")
+    section, section_values, section_problems = _section(given.get("section", {}))
+    aerodynamics, aerodynamics_table = _aerodynamics(given.get("aerodynamics", {}))
+    spring, spring_table = _spring(given.get("spring", {"kind": "linear"}))
+    initial = check_table("initial", schema.Initial, given.get("initial", {}))
+    problems += section_problems
+    problems += aerodynamics_table.problems + spring_table.problems + initial.problems
+    if problems or section is None or aerodynamics is None or spring is None:
+        raise InputError(problems)
+    _refuse_overflow(section, aerodynamics)
+    tables = {
+        "title": title,
+        "section": section_values,
+        "aerodynamics": aerodynamics_table.values,
+        "spring": spring_table.values,
+        "initial": initial.values,
+    }
+    return Built(section, aerodynamics, spring, initial.values, tables)
+
+
+def _section(given: Any) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
+    if isinstance(given, dict) and "si" in given:
+        return _dimensional(given)
+    table = check_table("section", schema.Section, given)
+    stand_ins = dict.fromkeys(schema.Section.model_fields, 1.0) | {"x_alpha": 0.0}
+    keys = {name: f"section.{name}" for name in schema.Section.model_fields}
+    section = table.build(TypicalSection, table.values | _only(stand_ins, table.wrong), keys)
+    return section, table.values, table.problems
+
+
+def _dimensional(given: dict[str, Any]) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
+    own = schema.DimensionalSection.model_fields  # keys that may stand in either of the tables
+    si = given["si"] if isinstance(given["si"], dict) else {}
+    follow = [name for name in schema.Section.model_fields if name in given and name not in own]
+    rest = {name: value for name, value in given.items() if name not in ("si", *follow)}
+    outer = check_table("section", schema.DimensionalSection, rest)
+    outer.problems += [f"section.{n}: follows from [section.si]; remove one" for n in follow]
+    outer.problems += [
+        f"section.{n}: is given in [section.si] too; remove one"
+        for n in own
+        if n in rest and n in si
+    ]
+    inner = check_table("section.si", schema.Dimensional, given["si"])
+    stand_ins = dict.fromkeys(schema.Dimensional.model_fields, 1.0)
+    keys = {name: f"section.si.{name}" for name in stand_ins}
+    keys |= {name: f"section.{name}" for name in own if name not in si}
+    arguments = outer.values | inner.values | _only(stand_ins, inner.wrong)
+    section = inner.build(TypicalSection.from_si, arguments, keys)
+    values = outer.values | _only(inner.values, own)
+    values["si"] = {name: value for name, value in inner.values.items() if name not in own}
+    return section, values, outer.problems + inner.problems
+
+
+def _aerodynamics(given: Any) -> tuple[Aerodynamics | None, CheckedTable]:
+    if isinstance(given, dict):
+        given = {"model": "wagner"} | given
+    table = check_variant("aerodynamics", "model", schema.AERODYNAMICS, given)
+    if table.values.get("model") == "quasi-steady":
+        return QuasiSteady(), table
+    lists = _only(table.values, ("a", "b"))
+    if len(lists) == 1 and not table.wrong:
+        missing = "b" if "a" in lists else "a"
+        table.problems.append(f"aerodynamics.{missing}: is missing; a and b are given together")
+        return None, table
+    count = max(map(len, lists.values()), default=0)
+    stand_ins = {"a": [0.0] * count, "b": [1.0] * count}
+    keys = {name: f"aerodynamics.{name}" for name in stand_ins}
+    wagner = table.build(Wagner, lists | _only(stand_ins, table.wrong), keys)
+    if wagner and "model" in table.values:
+        table.values |= {"a": list(wagner.a), "b": list(wagner.b)}
+    return wagner, table
+
+
+def _spring(given: Any) -> tuple[springs.Spring | None, CheckedTable]:
+    table = check_variant("spring", "kind", schema.SPRINGS, given)
+    kind = table.values.get("kind")
+    if kind is None:
+        return None, table
+    names = [name for name in schema.SPRINGS[kind].model_fields if name != "kind"]
+    values = _only(table.values, names)
+    count = max((len(v) for v in values.values() if isinstance(v, list)), default=0)
+    stand_in = list(range(count)) if kind == "table" else 1.0
+    values |= {name: stand_in for name in names if name in table.wrong}
+    keys = {_field(name): f"spring.{name}" for name in names}
+    # Piecewise-linear laws are scale-free: built in degrees first, they complain in degrees.
+    table.build(SPRINGS[kind], {_field(n): value for n, value in values.items()}, keys)
+    if table.problems:
+        return None, table
+    return SPRINGS[kind](**{_field(n): _radians(n, value) for n, value in values.items()}), table
+
+
+def _field(key: str) -> str:
+    return _FIELDS.get(key, key.removesuffix("_deg"))
+
+
+def _radians(key: str, value: Any) -> Any:
+    if not key.endswith("_deg"):
+        return value
+    return [math.radians(v) for v in value] if isinstance(value, list) else math.radians(value)
+
+
+def _only(values: Mapping[str, Any], names: Any) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if name in names}
+
+
+def _refuse_overflow(section: TypicalSection, aerodynamics: Aerodynamics) -> None:
+    """Numbers that are valid one by one may together leave double precision."""
+    with np.errstate(all="ignore"):
+        try:
+            terms = SectionFamily(section, aerodynamics).terms
+            sound = all(np.all(np.isfinite(term)) for term in terms)
+        except (ArithmeticError, np.linalg.LinAlgError):
+            sound = False
+    if not sound:
+        raise InputError(f"section: {OVERFLOW}")

@@ -1,0 +1,82 @@
+"""A commented case file with every key, its default and its meaning, written from the schema."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from pydantic_core import PydanticUndefined
+
+from aeroflutter.case import schema
+
+_WIDTH = 31
+_TAGS = ("model", "kind")
+
+
+def template(kind: str = "hysteresis", *, dimensional: bool = False) -> str:
+    """Text of a case file that loads as it stands.
+
+    Parameters
+    ----------
+    kind
+        Kind of the spring; the other kinds follow as comments.
+    dimensional
+        Give the section in SI units, and the nondimensional keys as comments.
+    """
+    return "\n".join(
+        [
+            "# A case of aeroflutter. A key left out takes its default, which is the value shown,",
+            "# except where the comment says that it must be given. Angles are in degrees.",
+            'title = "untitled"',
+            "",
+            *_section(dimensional),
+            "",
+            "[aerodynamics]",
+            '# model = "quasi-steady"'.ljust(_WIDTH) + "# lift without lag; or:",
+            *_keys(schema.WagnerKeys, 'model = "wagner"'),
+            "",
+            "[spring]",
+            *_springs(kind),
+            "",
+            f"[initial]{'':<{_WIDTH - 9}}# the motion at tau = 0",
+            *_keys(schema.Initial),
+            "",
+        ]
+    )
+
+
+def _section(dimensional: bool) -> Iterator[str]:
+    shared = schema.DimensionalSection.model_fields
+    yield "[section]"
+    for name, line in zip(schema.Section.model_fields, _keys(schema.Section), strict=True):
+        yield line if name in shared or not dimensional else f"# {line}"
+    yield ""
+    replaced = ", ".join(n for n in schema.Section.model_fields if n not in shared)
+    yield f"# Or per unit span in SI units, in the place of {replaced};"
+    yield "# of the keys that begin with 'or' and the one before them give one."
+    mark = "" if dimensional else "# "
+    yield f"{mark}[section.si]"
+    for line in _keys(schema.Dimensional, leave=shared):
+        yield f"# {line}" if "# or: " in line or not dimensional else line
+
+
+def _springs(kind: str) -> Iterator[str]:
+    yield from _keys(schema.SPRINGS[kind], f'kind = "{kind}"')
+    for other, model in schema.SPRINGS.items():
+        if other != kind:
+            yield "#"
+            yield from (f"# {line}" for line in _keys(model, f'kind = "{other}"'))
+
+
+def _keys(model: type[schema.Table], tag: str = "", leave: Collection[str] = ()) -> Iterator[str]:
+    if tag:
+        meaning = (model.__doc__ or "").strip().rstrip(".")
+        yield f"{tag:<{_WIDTH}}# {meaning[0].lower()}{meaning[1:]}"
+    for name, field in model.model_fields.items():
+        if name in _TAGS or name in leave:
+            continue
+        about = schema.metadata(model, name)
+        default = field.default
+        given = default is PydanticUndefined or default is None
+        line = f"{name} = {about['example'] if given else default}"
+        note = "; must be given" if default is PydanticUndefined else ""
+        yield f"{line:<{_WIDTH}}# {about['meaning']}{note}"

@@ -1,0 +1,1 @@
+"""Linear analyses: root locus and modes."""

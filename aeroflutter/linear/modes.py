@@ -1,0 +1,125 @@
+"""Roots of ``pI - A(U) + N b c`` followed over speed by their eigenvectors, never by sorting.
+
+Between two neighbouring speeds every right eigenvector must have one clear partner among the left
+ones, or the interval is halved. Only where two roots coalesce do the nearest ones go on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.model.lure import Complex, LureFamily, Real
+
+__all__ = ["Modes", "Track", "closed_matrices", "follow", "solve_modes"]
+
+_CLEAR = 0.9  # overlap of a mode with its successor that counts as unambiguous
+_SPILL = 0.5  # overlap with all the other modes together that is too much
+_DEPTH = 12  # halvings of a search interval before two modes count as coalescing
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Eigenvalues (m, n), right eigenvectors (m, n, n) and their inverses, over speeds (m,)."""
+
+    speeds: Real
+    roots: Complex
+    right: Complex
+    left: Complex
+
+    def merged(self, other: Modes) -> Modes:
+        """Both, by ascending speed."""
+        order = np.argsort(np.concatenate([self.speeds, other.speeds]), kind="stable")
+        pairs = zip(self._arrays(), other._arrays(), strict=True)
+        return Modes(*(np.concatenate(pair)[order] for pair in pairs))
+
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        return self.speeds, self.roots, self.right, self.left
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Modes followed over speed: columns of roots and of slopes d root/dU belong together."""
+
+    speeds: Real
+    roots: Complex
+    slopes: Complex
+
+
+def closed_matrices(family: LureFamily, stiffness: float, speeds: Real) -> Real:
+    """``A - N b c`` at every speed, shape (…, n, n)."""
+    A, b = family.stack(speeds)
+    closed: Real = A - stiffness * b[..., :, None] * family.c
+    return closed
+
+
+def solve_modes(family: LureFamily, stiffness: float, speeds: Real) -> Modes:
+    """Eigenvalues and eigenvectors at speeds (m,), in no particular order."""
+    roots, right = np.linalg.eig(closed_matrices(family, stiffness, speeds))
+    # a defective matrix has no inverse eigenvectors; the pseudo-inverse keeps the others usable
+    roots, right = roots.astype(complex), right.astype(complex)
+    return Modes(speeds, roots, right, np.linalg.pinv(right, rcond=1e-15))
+
+
+def _partners(modes: Modes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """For neighbouring speeds: each mode's successor (m-1, n), and whether it is clear (m-1,)."""
+    overlap = np.abs(modes.left[:-1] @ modes.right[1:])
+    best = np.argmax(overlap, axis=2)
+    n = best.shape[1]
+    bijective = np.all(np.sort(best, axis=1) == np.arange(n), axis=1)
+    chosen = np.take_along_axis(overlap, best[..., None], axis=2)[..., 0]
+    rest = (overlap.sum(axis=2) - chosen).max(axis=1)
+    clear = bijective & (chosen.min(axis=1) > _CLEAR) & (rest < _SPILL)
+    return best, clear
+
+
+def _refined(family: LureFamily, stiffness: float, speeds: Real) -> Modes:
+    """Halve every interval across which the modes have no clear partners."""
+    modes = solve_modes(family, stiffness, speeds)
+    for _ in range(_DEPTH):
+        unclear = ~_partners(modes)[1]
+        if not unclear.any():
+            break
+        middle = 0.5 * (modes.speeds[:-1] + modes.speeds[1:])[unclear]
+        modes = modes.merged(solve_modes(family, stiffness, middle))
+    return modes
+
+
+def _assigned(modes: Modes) -> NDArray[np.intp]:
+    """Column of each mode at each speed (m, n)."""
+    best, clear = _partners(modes)
+    columns = np.empty(modes.roots.shape, dtype=np.intp)
+    columns[0] = np.lexsort((modes.roots[0].real, modes.roots[0].imag))[::-1]
+    for i, (partner, unambiguous) in enumerate(zip(best, clear, strict=True)):
+        if not unambiguous:  # two modes coalesce between these speeds: the nearest roots go on
+            partner = _nearest_pairs(modes.roots[i], modes.roots[i + 1])
+        columns[i + 1] = partner[columns[i]]
+    return columns
+
+
+def _nearest_pairs(first: Complex, last: Complex) -> NDArray[np.intp]:
+    """Successor of each root when eigenvectors cannot tell: the closest pairs first."""
+    distance = np.abs(first[:, None] - last[None, :])
+    partner = np.empty(first.size, dtype=np.intp)
+    for _ in range(first.size):
+        i, j = np.unravel_index(np.argmin(distance), distance.shape)
+        partner[i] = j
+        distance[i, :], distance[:, j] = np.inf, np.inf
+    return partner
+
+
+def follow(family: LureFamily, stiffness: float, speeds: Real) -> Track:
+    """Modes over ascending speeds (m,), with the speeds added that it takes to tell them apart."""
+    modes = _refined(family, stiffness, speeds)
+    dA, db = family.derivative(modes.speeds)
+    change = dA - stiffness * db[..., :, None] * family.c
+    slopes = np.einsum("mij,mjk,mki->mi", modes.left, change, modes.right, optimize=True)
+    columns = _assigned(modes)
+    return Track(
+        modes.speeds,
+        np.take_along_axis(modes.roots, columns, axis=1),
+        np.take_along_axis(slopes, columns, axis=1),
+    )

@@ -1,0 +1,1 @@
+"""The linear model: sections, unsteady aerodynamics, and the door of the analyses."""

@@ -1,0 +1,156 @@
+"""Tangents of springs without linear pieces.
+
+δ' = (A - F'(c x) b c) δ, integrated together with the motion and made orthonormal again once an
+oscillation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.motion.chaos.growth import Growth, Landing, first_tangents
+from aeroflutter.motion.chaos.smooth_window import along, slope_law
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+from aeroflutter.motion.settling import closed_slopes, period_range
+from aeroflutter.motion.spectra import PoincareSection
+from aeroflutter.springs import Cubic
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["SmoothEngine", "slope_law"]
+
+WATCHED = 500.0  # longest periods over which an end state is looked for
+NO_PERIOD = 100.0  # τ, for systems that do not oscillate
+
+
+@dataclass(frozen=True)
+class SmoothEngine:
+    """Taylor series for cubic springs, SciPy's DOP853 for other laws; see `growth.Engine`."""
+
+    system: LureSystem
+    spring: Spring
+    progress: Callable[[float], None] | None = None
+    name: str = "smooth"
+
+    @property
+    def default_cycles(self) -> int:
+        """Maxima over which exponents are measured if nothing else is asked."""
+        return 20_000 if type(self.spring) is Cubic else 1000
+
+    def land(self, state: Array, memory: float) -> Landing:
+        """End state by the recurrence of the motion itself."""
+        _, longest = self.periods(state)
+        options = SimulateOptions(engine="exact", record=False, duration=WATCHED * longest)
+        end = simulate(self.system, self.spring, Initial(state=state, memory=memory), options)
+        return Landing(
+            state=end.state, reason=end.reason, loops=int(end.extras.get("loops", 0)),
+            period=end.period, multiplier=end.extras.get("multiplier", np.nan), rest=end.rest,
+            state_vector=end.final_state, memory=end.final_memory,
+        )  # fmt: skip
+
+    def periods(self, state: Array) -> tuple[float, float]:
+        """Shortest and longest period of small oscillations at rest and about a state, τ."""
+        slopes = closed_slopes(self.spring, float(self.system.c @ state))
+        shortest, longest = period_range(self.system, slopes)
+        return (shortest, longest) if np.isfinite(longest) else (NO_PERIOD, NO_PERIOD)
+
+    def slope(self, landing: Landing) -> float:
+        """Incremental slope at the pitch where the motion is."""
+        return slope_law(self.spring)(float(self.system.c @ landing.state_vector))
+
+    def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
+        """Follow the motion with `exponents` tangents over about `count` maxima."""
+        march = _March(self, landing, exponents)
+        for _ in march.over(transient):
+            pass
+        march.restart()
+        for done in march.over(count):
+            if self.progress and done % 16 == 0:
+                self.progress(min(1.0, (transient + done) / (transient + count)))
+        return march.growth()
+
+
+@dataclass
+class _March:
+    """The motion and its tangents, window after window."""
+
+    engine: SmoothEngine
+    landing: Landing
+    exponents: int
+    tops: list[Array] = field(default_factory=list)
+    top_times: list[float] = field(default_factory=list)
+    troughs: list[float] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+    logs: list[Array] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.x = self.landing.state_vector.copy()
+        self.tangents = np.linalg.qr(first_tangents(self.x.size, self.exponents))[0]
+        shortest, _ = self.engine.periods(self.x)
+        self.periodic = bool(np.isfinite(self.landing.period))
+        loops = max(self.landing.loops, 1)
+        self.window = self.landing.period / loops if self.periodic else shortest
+        self.motion = along(self.engine.system, self.engine.spring, self.x, self.window, shortest)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget what was measured so far."""
+        self.clock, self.total, self.trough = 0.0, np.zeros(self.exponents), np.inf
+        for log in (self.tops, self.top_times, self.troughs, self.times, self.logs):
+            log.clear()
+
+    def over(self, maxima: int) -> Iterator[int]:
+        """March over so many maxima, or windows if there are fewer: a cycle has one a window."""
+        done = 0
+        for _ in range(maxima):
+            if done >= maxima:
+                return
+            self._take_window()
+            done = done + 1 if self.periodic else len(self.tops)
+            yield done
+
+    def _take_window(self) -> None:
+        self.x, tangents, turns = self.motion(self.x, self.tangents)
+        for time, side, *state in turns.tolist():
+            self._note(self.clock + time, side > 0, np.array(state))
+        self.tangents, upper = np.linalg.qr(tangents)
+        self.total = self.total + np.log(np.abs(np.diag(upper)))
+        self.clock += self.window
+        self.times.append(self.clock)
+        self.logs.append(self.total)
+
+    def _note(self, time: float, top: bool, x: Array) -> None:
+        """Enter a turning point."""
+        if not top:
+            self.trough = min(self.trough, float(self.engine.system.c @ x))
+            return
+        self.tops.append(x)
+        self.top_times.append(time)
+        self.troughs.append(self.trough)
+        self.trough = np.inf
+
+    def growth(self) -> Growth:
+        """What was measured since the last restart."""
+        states = np.array(self.tops).reshape(-1, self.x.size)
+        section = PoincareSection(
+            time=np.array(self.top_times),
+            pitch=states @ self.engine.system.c,
+            states=states,
+            state_names=self.engine.system.state_names,
+        )
+        return Growth(
+            section=section, memory=np.zeros(states.shape[0]), troughs=np.array(self.troughs),
+            time=np.array(self.times), logs=np.array(self.logs).reshape(-1, self.exponents),
+            final_state=self.x, final_memory=self.landing.memory,
+        )  # fmt: skip

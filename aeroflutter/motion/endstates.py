@@ -1,0 +1,297 @@
+"""End states of the exact engine: damped, limit cycle, aperiodic, divergent, or why undecided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from aeroflutter.errors import InputError
+from aeroflutter.motion import _kernel_exact_ends as kernel
+from aeroflutter.motion import _kernel_exact_proofs as codes
+from aeroflutter.motion._kernel_exact_cycle import MOST_LOOPS, Cycles, no_cycles
+from aeroflutter.motion._kernel_exact_tables import WIDTH
+from aeroflutter.motion.response import STATES
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from aeroflutter.motion.prepared import Prepared
+    from aeroflutter.motion.response import State
+
+    Array = NDArray[np.float64]
+
+__all__ = ["EndOptions", "EndState", "EndStates", "end_state", "end_states", "reason"]
+
+REASONS = {
+    codes.TRAPPED: "a bound of all further motion on this branch of the spring stays within it",
+    codes.AT_REST: "the section has come to rest",
+    codes.CONVERGED: "the motion closes in on an attracting cycle of {loops:.0f} loop(s), largest "
+    "multiplier {radius:.6g}",
+    codes.KNOWN: "the motion closes in on a known attracting cycle of {loops:.0f} loop(s), largest "
+    "multiplier {radius:.6g}",
+    codes.UNSETTLED: "bounded and not settling over {maxima:.0f} cycles",
+    codes.ESCAPED: "an unstable mode has outgrown all that the spring can oppose",
+    codes.GREW: "pitch passed the bound of growth with an unstable outer branch",
+    codes.DRIFTING: "still settling after {maxima:.0f} cycles",
+    codes.NO_CYCLE: "neither at rest nor oscillating at tau = {time:g}",
+    codes.OUT_OF_TIME: "not settled at tau = {time:g}",
+    codes.NEUTRAL: "a cycle that neither attracts nor repels: a multiplier on the unit circle",
+    codes.OVERFLOWED: "the motion overflowed at tau = {time:g}",
+    codes.CHATTERING: "switches without progress in time at tau = {time:g}",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class EndOptions:
+    """When an end state is settled.
+
+    Parameters
+    ----------
+    cycles
+        A bounded motion that does not settle over this many cycles is aperiodic.
+    patience
+        A motion that is still settling may take this many times as many.
+    growth
+        Where the outer branch is unstable, a motion diverges beyond this multiple of the larger
+        of spring scale and initial pitch, if it is not proved to diverge before.
+    duration
+        Longest time, τ.
+
+    Raises
+    ------
+    InputError
+        Naming every option that is out of range.
+    """
+
+    cycles: int = 400
+    patience: int = 50
+    growth: float = 1e3
+    duration: float = np.inf
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"{name}: {getattr(self, name)!r} is less than one; give a whole number above"
+            for name in ("cycles", "patience")
+            if self.cycles < 1 or self.patience < 1
+            if getattr(self, name) < 1
+        ]
+        problems += [
+            f"{name}: {getattr(self, name)!r} is not a positive number; give one above zero"
+            for name in ("growth", "duration")
+            if not getattr(self, name) > 0.0
+        ]
+        if problems:
+            raise InputError(problems)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EndState:
+    """How one motion ends.
+
+    Attributes
+    ----------
+    state, reason
+        One of the five states, and what decided it.
+    time
+        When it was certain, τ.
+    amplitude, bias
+        Half peak-to-peak and midrange of y over the exact cycle, rad; 0 and the rest for a damped
+        motion; over the last loops of one that does not settle.
+    period, first_harmonic, loops, multiplier
+        Of a limit cycle: T, amplitude of the fundamental of y, maxima a period, largest modulus
+        of its Floquet multipliers.
+    rest
+        y at which a damped motion comes to rest, rad.
+    final_state, final_memory
+        Where the march stopped, (n,).
+    cycle
+        The attracting cycle, if one was found: one entry, ready to be known to other motions.
+    """
+
+    state: State
+    reason: str
+    time: float
+    amplitude: float
+    bias: float
+    period: float
+    first_harmonic: float
+    loops: int
+    multiplier: float
+    rest: float
+    final_state: Array = field(repr=False)
+    final_memory: float = field(repr=False)
+    cycle: Cycles | None = field(default=None, repr=False)
+
+
+class EndStates(NamedTuple):
+    """How m motions of one system end; see `EndState`.
+
+    Attributes
+    ----------
+    state
+        Places in `STATES`, (m,).
+    reason
+        Codes; `reason(...)` puts them into words, (m,).
+    time, amplitude, bias, period, rest, multiplier
+        (m,) each.
+    loops, attractor
+        Maxima a period, and place among `cycles` (-1 for none), (m,).
+    final_states, final_memory
+        (m, n) and (m,).
+    cycles
+        The known cycles and, if they were shared, those found.
+    """
+
+    state: NDArray[np.int64]
+    reason: NDArray[np.int64]
+    time: Array
+    amplitude: Array
+    bias: Array
+    period: Array
+    rest: Array
+    multiplier: Array
+    loops: NDArray[np.int64]
+    attractor: NDArray[np.int64]
+    final_states: Array
+    final_memory: Array
+    cycles: Cycles
+
+
+def reason(code: int, numbers: Array) -> str:
+    """A reason code with its numbers (`_kernel_exact_ends.NUMBERS`,) in words."""
+    return REASONS[code].format(
+        time=numbers[kernel.TIME],
+        maxima=numbers[kernel.MAXIMA],
+        loops=numbers[kernel.LOOPS],
+        radius=numbers[kernel.RADIUS],
+    )
+
+
+@cache
+def gauss_rule() -> tuple[Array, Array]:
+    """Nodes and weights of Gauss's rule on [0, 1], exact to twice the degree of a step."""
+    nodes, weights = np.polynomial.legendre.leggauss(WIDTH)
+    return 0.5 * (nodes + 1.0), 0.5 * weights
+
+
+def problem_of(prepared: Prepared, options: EndOptions) -> kernel.Problem:
+    """A prepared system with its limits, as the kernel takes it."""
+    return kernel.Problem(
+        prepared.tables,
+        prepared.law,
+        prepared.proofs,
+        int(options.cycles),
+        int(options.patience),
+        float(options.growth),
+        float(prepared.spring.scale),
+        float(options.duration),
+    )
+
+
+def end_state(
+    prepared: Prepared, state: ArrayLike, memory: float, options: EndOptions | None = None
+) -> EndState:
+    """Decide how the motion from one initial state ends.
+
+    Parameters
+    ----------
+    prepared
+        System and spring.
+    state, memory
+        Where the motion starts, (n,), and the spring's memory there.
+    options
+        When an end state is settled.
+
+    Examples
+    --------
+    >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+    >>> from aeroflutter.motion.prepared import Prepared
+    >>> system = SectionFamily(TypicalSection(omega_bar=0.8)).at(3.9)
+    >>> end = end_state(Prepared.of(system, Hysteresis(1.0, 0.2)), [0, 6, 0, 0, 0, 0], 0.1)
+    >>> end.state, round(end.amplitude, 6)
+    ('lco', 1.283152)
+    """
+    options = options or EndOptions()
+    x = np.array(state, dtype=float)
+    numbers = np.empty(kernel.NUMBERS)
+    problem = problem_of(prepared, options)
+    code, why, h, first, own = kernel.settle_one(problem, x, float(memory), numbers, *gauss_rule())
+    return EndState(
+        state=STATES[code],
+        reason=reason(why, numbers),
+        time=float(numbers[kernel.TIME]),
+        amplitude=float(numbers[kernel.AMPLITUDE]),
+        bias=float(numbers[kernel.BIAS]),
+        period=float(numbers[kernel.PERIOD]),
+        first_harmonic=float(first),
+        loops=0 if np.isnan(numbers[kernel.LOOPS]) else int(numbers[kernel.LOOPS]),
+        multiplier=float(numbers[kernel.RADIUS]),
+        rest=float(numbers[kernel.REST]),
+        final_state=x,
+        final_memory=float(h),
+        cycle=own if code == codes.LCO else None,
+    )
+
+
+def end_states(
+    prepared: Prepared,
+    states: ArrayLike,
+    memory: ArrayLike,
+    options: EndOptions | None = None,
+    known: Cycles | None = None,
+    share: bool = False,
+) -> EndStates:
+    """Decide how many motions of one system end, in one compiled call that releases the GIL.
+
+    Parameters
+    ----------
+    prepared
+        System and spring.
+    states, memory
+        Where the motions start, (m, n) and (m,).
+    options
+        When an end state is settled.
+    known
+        Attracting cycles; nearness to one of them ends a motion without a search of its own.
+    share
+        Whether a cycle found by one motion is known to those after it: faster, and cells of
+        one attractor share a label, but the last digits then depend on the order.
+    """
+    options = options or EndOptions()
+    x = np.array(states, dtype=float, order="C", ndmin=2)
+    h = np.array(np.broadcast_to(np.asarray(memory, dtype=float), x.shape[:1]))
+    cycles, count = _room(known, x.shape[1], MOST_LOOPS if share else 0)
+    verdict = np.empty((h.size, 2), dtype=np.int64)
+    numbers = np.empty((h.size, kernel.NUMBERS))
+    count = kernel.settle_all(
+        problem_of(prepared, options), cycles, count, share, x, h, verdict, numbers
+    )
+    whole = np.nan_to_num(numbers[:, [kernel.LOOPS, kernel.ATTRACTOR]], nan=-1.0).astype(np.int64)
+    return EndStates(
+        state=verdict[:, 0],
+        reason=verdict[:, 1],
+        time=numbers[:, kernel.TIME],
+        amplitude=numbers[:, kernel.AMPLITUDE],
+        bias=numbers[:, kernel.BIAS],
+        period=numbers[:, kernel.PERIOD],
+        rest=numbers[:, kernel.REST],
+        multiplier=numbers[:, kernel.RADIUS],
+        loops=np.maximum(whole[:, 0], 0),
+        attractor=whole[:, 1],
+        final_states=x,
+        final_memory=h,
+        cycles=Cycles._make(part[:count] for part in cycles),
+    )
+
+
+def _room(known: Cycles | None, n: int, more: int) -> tuple[Cycles, int]:
+    """The known cycles, with room for more behind them."""
+    count = 0 if known is None else int(known.loops.size)
+    cycles = no_cycles(count + more, n)
+    if known is not None:
+        for part, source in zip(cycles, known, strict=True):
+            part[:count] = source
+    return cycles, count

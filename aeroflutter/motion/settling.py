@@ -1,0 +1,296 @@
+"""End states of a march that is watched from outside: Houbolt's and of smooth springs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.motion._kernel_settle import fundamental, mismatch, repeats
+from aeroflutter.motion.response import SimulateOptions, State
+from aeroflutter.springs import Hysteresis, PiecewiseLinear
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from numpy.typing import NDArray
+
+    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Verdict", "Watch", "closed_slopes", "cycle_measures", "period_range", "rest_pitch"]
+
+MOST_LOOPS = 16
+KEPT = 4096
+QUIET = 1e-6
+OVERFLOW = 1e150  # rad; squares of larger numbers are not finite
+THESIS_DAMPED = np.radians(0.001)
+THESIS_DIVERGENT = np.radians(100.0)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An end state and the evidence for it; `loops` is the n of a period-n motion."""
+
+    state: State
+    reason: str
+    loops: int = 0
+
+
+@dataclass
+class Watch:
+    """Judge of a march, shown one window of the motion after another.
+
+    Parameters
+    ----------
+    system, spring
+        What is marching.
+    options
+        Criteria, number of cycles and growth.
+    size
+        Scale of the nonlinearity or, for a linear spring, of the motion itself, rad.
+    start
+        Pitch at the start, rad.
+    recurrence, drift
+        See `_kernel_settle.repeats`: how well the engine's own noise lets a cycle repeat.
+    """
+
+    system: LureSystem
+    spring: Spring
+    options: SimulateOptions
+    size: float
+    start: float
+    recurrence: float
+    drift: float
+    times: Array = field(default_factory=lambda: np.empty(0))
+    values: Array = field(default_factory=lambda: np.empty(0))
+    turns: int = 0
+    rest: float = np.nan
+    ranges: list[tuple[float, float]] = field(default_factory=list)
+
+    @classmethod
+    def over(
+        cls,
+        system: LureSystem,
+        spring: Spring,
+        state: Array,
+        options: SimulateOptions,
+        recurrence: float,
+        drift: float,
+    ) -> Watch:
+        """Watch a march from `state`."""
+        pitch = float(system.c @ state)
+        size = spring.scale
+        if len(closed_slopes(spring, pitch)) == 1:
+            size = abs(pitch) or float(np.linalg.norm(state)) or 1.0
+        return cls(system, spring, options, size, pitch, recurrence, drift)
+
+    @property
+    def bound(self) -> float:
+        """Pitch beyond which the motion has diverged, rad."""
+        if self.options.criteria == "thesis":
+            return THESIS_DIVERGENT
+        return min(self.options.growth * max(self.size, abs(self.start)), OVERFLOW)
+
+    def add(self, times: Array, values: Array, low: float, high: float) -> Verdict | None:
+        """Look at one more window.
+
+        Parameters
+        ----------
+        times, values
+            Turning points of pitch in the window.
+        low, high
+            Extremes of pitch in the window.
+
+        Returns
+        -------
+        Verdict or None
+            The end state, once it is certain.
+        """
+        self.turns += values.size
+        self.times = np.concatenate((self.times, times))[-KEPT:]
+        self.values = np.concatenate((self.values, values))[-KEPT:]
+        self.ranges = [*self.ranges[-3:], (low, high)]
+        if not max(abs(low), abs(high)) <= self.bound:
+            return self.diverged(max(abs(low), abs(high)))
+        if self.options.criteria == "thesis":
+            return self._thesis()
+        return self._calm() or self._cycle()
+
+    def trapped(self, state: Array, memory: float) -> Verdict | None:
+        """The proof that the spring will never change its branch again, if there is one."""
+        if self.options.criteria == "thesis":
+            return None
+        self.rest = rest_pitch(self.system, self.spring, state, memory)
+        if np.isnan(self.rest):
+            return None
+        return Verdict("damped", "the motion decays on one branch of the spring for good")
+
+    def measures(self, verdict: Verdict, last: Callable[[int], Array], dt: float) -> dict[str, Any]:
+        """Amplitude, bias, period, first harmonic and rest of a Response.
+
+        Parameters
+        ----------
+        verdict
+            The end state.
+        last, dt
+            The last so many uniform samples of pitch, or as many as are kept; their spacing.
+        """
+        if verdict.state == "divergent":
+            return {}
+        low, high = self.ranges[-1]
+        middle = 0.5 * (low + high)
+        if verdict.state == "damped":
+            rest = middle if np.isnan(self.rest) else self.rest
+            return {"amplitude": 0.0, "bias": rest, "rest": rest}
+        if verdict.state != "lco" or self.values.size < 2 * verdict.loops + 1:
+            return {"amplitude": 0.5 * (high - low), "bias": middle}
+        found = cycle_measures(self.times, self.values, verdict.loops)
+        period = found["period"] / dt
+        return found | {"first_harmonic": fundamental(last(int(period) + 5), period)}
+
+    def diverged(self, reached: float) -> Verdict:
+        """The verdict on a motion that has left its bound."""
+        if self.bound >= OVERFLOW or not abs(reached) < OVERFLOW:
+            return Verdict("divergent", "pitch grew until it overflowed")
+        return Verdict("divergent", f"pitch passed {np.degrees(self.bound):.6g} deg")
+
+    def _thesis(self) -> Verdict | None:
+        if 0.5 * self._width() < THESIS_DAMPED:
+            return Verdict("damped", "pitch amplitude fell below 0.001 deg")
+        return None
+
+    def _calm(self) -> Verdict | None:
+        falling = len(self.ranges) > 1 and self._width() <= self._width(-2)
+        if falling and 0.5 * self._width() <= QUIET * self.size:
+            return Verdict("damped", f"the oscillation fell below {QUIET:g} of the spring's scale")
+        return None
+
+    def _width(self, window: int = -1) -> float:
+        low, high = self.ranges[window]
+        return high - low
+
+    def _cycle(self) -> Verdict | None:
+        loops, _ = repeats(self.times, self.values, MOST_LOOPS, self.recurrence, self.drift)
+        if loops == 0:
+            return None
+        return Verdict("lco", f"the motion repeats after {_loops(loops)}", loops)
+
+    def last(self, time: float) -> Verdict:
+        """The end state when the time is up without a decision."""
+        if self.options.criteria == "thesis":
+            return Verdict("lco", f"neither damped nor divergent after tau = {time:g}", 1)
+        cycles = self.turns // 2
+        if cycles >= self.options.cycles and not self._drifting():
+            return Verdict("aperiodic", f"bounded and never repeating over {cycles} cycles")
+        why = "still drifting" if self._drifting() else "not settled"
+        return Verdict("undecided", f"{why} at tau = {time:g} after {cycles} cycles")
+
+    def _drifting(self) -> bool:
+        """Whether the last hundred cycles resemble one another but for a slow change.
+
+        Fewer would take the quiet spells of an intermittent chaos for a drift. Maxima that only
+        fall, or only rise, drift however fast they do.
+        """
+        maxima = np.diff(self.values[-200::2])
+        if maxima.size >= 50 and (np.all(maxima < 0.0) or np.all(maxima > 0.0)):
+            return True
+        for loops in range(1, 5):
+            span = min(self.values.size - 2 * loops, 200)
+            if span < 16:
+                return False
+            size = 0.5 * float(np.ptp(self.values[-span:]))
+            error, spread = mismatch(self.times, self.values, loops, span)
+            if error <= 10 * self.recurrence * size and spread <= 10 * self.recurrence:
+                return True
+        return False
+
+
+def _loops(count: int) -> str:
+    return "one loop" if count == 1 else f"{count} loops"
+
+
+def closed_slopes(spring: Spring, pitch: float) -> tuple[float, ...]:
+    """Slopes that the spring can have, as far as they are finite; at `pitch` if they are not."""
+    slopes = set(spring.slope_range())
+    if isinstance(spring, PiecewiseLinear):
+        slopes |= set(spring.pieces().slopes)
+    finite = {float(slope) for slope in slopes if np.isfinite(slope)}
+    if len(finite) < len(slopes):
+        step = 1e-6 * max(abs(pitch), spring.scale)
+        rise = spring.moment(pitch + step) - spring.moment(pitch - step)
+        finite.add(float(rise) / (2.0 * step))
+    return tuple(sorted(finite))
+
+
+def period_range(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, float]:
+    """Shortest and longest period of oscillation over the linear pieces, τ; NaN without any.
+
+    Roots that decay or grow by more than a factor exp(2π) in a turn do not count as oscillations.
+    """
+    roots = np.concatenate([np.linalg.eigvals(system.closed(slope)) for slope in slopes])
+    frequencies = np.abs(roots.imag)
+    frequencies = frequencies[(frequencies > 1e-6) & (frequencies > np.abs(roots.real))]
+    if frequencies.size == 0:
+        return float("nan"), float("nan")
+    return float(2 * np.pi / frequencies.max()), float(2 * np.pi / frequencies.min())
+
+
+def cycle_measures(times: Array, values: Array, loops: int) -> dict[str, float]:
+    """Amplitude, bias and period of a steady motion.
+
+    Parameters
+    ----------
+    times, values
+        Turning points, the newest last.
+    loops
+        Oscillations a period.
+    """
+    lag = 2 * loops
+    count = max(1, min(max(3, 8 // loops), (values.size - 1) // lag))
+    period = (times[-1] - times[-1 - count * lag]) / count
+    last = values[values.size - count * lag :].tolist()
+    periods = [last[i : i + lag] for i in range(0, count * lag, lag)]
+    high, low = sum(map(max, periods)) / count, sum(map(min, periods)) / count
+    return {"amplitude": (high - low) / 2, "bias": (high + low) / 2, "period": float(period)}
+
+
+def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) -> float:
+    """Pitch at which the motion ends if it provably stays on its branch of the spring; else NaN.
+
+    On one linear branch y - y_rest = Σ (c v_k) ζ_k exp(p_k τ) over the modes of the closed
+    system. With Re p_k < 0, or p_k = 0 for a branch that leaves pitch free, no term ever exceeds
+    its present size: if their sum does not reach the edges of the branch, no switch can follow.
+    """
+    slope, offset, low, high = branch(spring, float(system.c @ state), memory)
+    if np.isnan(slope):
+        return float("nan")
+    values, vectors = np.linalg.eig(system.closed(slope))
+    free = np.abs(values) < 1e-9
+    if np.any(values.real[~free] >= 0.0) or (free.any() and offset != 0.0):
+        return float("nan")
+    if np.linalg.cond(vectors) > 1e10:
+        return float("nan")
+    balance = np.linalg.lstsq(system.closed(slope), system.b * offset, rcond=None)[0]
+    weight = (system.c @ vectors) * np.linalg.solve(vectors, state - balance)
+    rest = float(system.c @ balance + np.sum(weight[free]).real)
+    reach = float(np.sum(np.abs(weight[~free])))
+    return rest if low < rest - reach and rest + reach < high else float("nan")
+
+
+def branch(spring: Spring, pitch: float, memory: float) -> tuple[float, float, float, float]:
+    """Slope and offset of the branch at `pitch`, and the pitches between which it holds."""
+    if isinstance(spring, PiecewiseLinear):
+        pieces = spring.pieces()
+        i = int(np.searchsorted(pieces.breaks, pitch))
+        edges = np.concatenate(([-np.inf], pieces.breaks, [np.inf]))
+        return float(pieces.slopes[i]), float(pieces.offsets[i]), edges[i], edges[i + 1]
+    if isinstance(spring, Hysteresis):
+        low = memory + spring.v2 if memory > spring.h_low else -np.inf
+        high = memory + spring.v1 if memory < spring.h_high else np.inf
+        return 1.0, -memory, low, high
+    return np.nan, np.nan, np.nan, np.nan

@@ -1,0 +1,145 @@
+"""Springs without linear pieces (cubic), under the same end states as the others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.motion.response import MOST_SAMPLES, Response, traces
+from aeroflutter.motion.settling import Verdict, Watch, closed_slopes, period_range
+from aeroflutter.motion.smooth_cycle import settled_cycle
+from aeroflutter.motion.smooth_steps import Limits, Stretch, stepper
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.motion.response import SimulateOptions
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["march"]
+
+STEPS_A_PERIOD = 4  # at least so many, so that no turning point hides within a step
+RECURRENCE = 1e-5
+DRIFT = 1e-7
+LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
+PATIENCE = 50  # times `cycles` that a motion still settling may take
+COARSE = 64  # samples a window where no record is wanted
+KEPT = 40  # windows of a motion of which no record is wanted
+
+
+def march(
+    system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
+) -> Response:
+    """March by Taylor series or DOP853; see `timemarch.response.simulate`."""
+    run = _Run(system, spring, state, memory, options)
+    run.go()
+    return run.response()
+
+
+class _Run:
+    """One march, shown to the watch a window at a time."""
+
+    def __init__(
+        self,
+        system: LureSystem,
+        spring: Spring,
+        state: Array,
+        memory: float,
+        options: SimulateOptions,
+    ) -> None:
+        self.system, self.spring, self.options, self.memory = system, spring, options, memory
+        slopes = closed_slopes(spring, float(system.c @ state))
+        shortest, longest = period_range(system, slopes)
+        step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
+        self.window = longest if np.isfinite(longest) else 100.0
+        self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
+        dt = options.dt if options.record else max(options.dt, self.window / COARSE)
+        self.limits = Limits(dt, self.watch.bound, self._longest(), self.watch.size, step)
+        self.motion = stepper(system, spring, state, self.limits)
+        self.due = options.cycles
+        self.samples: list[Array] = [state[None].astype(float)]
+        self.verdict: Verdict | None = None
+        self.failure = ""
+
+    def go(self) -> None:
+        """March until the end state is certain or the time is up."""
+        limit = self.limits.time
+        while self.motion.time < limit and not (self.verdict and self.options.decide):
+            stretch = self.motion.march(min(self.motion.time + self.window, limit))
+            self.samples.append(stretch.samples)
+            if not self.options.record:
+                del self.samples[:-KEPT]
+            verdict = self._judge(stretch)
+            self.failure = stretch.failure
+            out = not abs(float(self.system.c @ self.motion.state)) <= self.watch.bound
+            self.verdict = verdict if out else self.verdict or verdict
+            if out or self.failure or self._given_up():
+                return
+
+    def _longest(self) -> float:
+        """Time after which the march ends in any case: what is recorded has to be kept."""
+        if self.options.duration is not None or not self.options.decide:
+            return self.options.limit
+        return min(LONGEST, MOST_SAMPLES * self.options.dt) if self.options.record else LONGEST
+
+    def _given_up(self) -> bool:
+        """Whether a bounded motion has had its cycles, many times as many while it settles."""
+        cycles = self.watch.turns // 2
+        if not self.options.decide or self.options.criteria == "thesis" or cycles < self.due:
+            return False
+        self.due *= 2
+        known = self._last().state == "aperiodic"
+        return known or cycles >= PATIENCE * self.options.cycles
+
+    def _judge(self, stretch: Stretch) -> Verdict | None:
+        """Show a window to the watch."""
+        if self.options.progress:
+            self.options.progress(min(1.0, self.motion.time / self.limits.time))
+        with np.errstate(over="ignore", invalid="ignore"):
+            pitch = np.concatenate([stretch.samples, self.motion.state[None]]) @ self.system.c
+        times, values = stretch.turns.T
+        seen = np.concatenate((pitch, values))
+        return self.watch.add(times, values, float(np.min(seen)), float(np.max(seen)))
+
+    def response(self) -> Response:
+        """The result, once the march is over."""
+        states, dt = np.concatenate(self.samples), self.limits.dt
+        verdict = self.verdict or self._last()
+        kept = states if self.options.record else states[:0]
+        measures = self.watch.measures(verdict, lambda n: states[-n:] @ self.system.c, dt)
+        extras = {"loops": verdict.loops, "rtol": self.motion.tolerance}
+        cycle = self._cycle(verdict, measures.get("period", np.nan))
+        if cycle:
+            extras["multiplier"] = cycle.pop("multiplier")
+        return Response(
+            state=verdict.state,
+            reason=verdict.reason,
+            engine="smooth",
+            duration=self.motion.time,
+            final_state=self.motion.state.copy(),
+            final_memory=self.memory,
+            extras=extras,
+            **(measures | cycle),
+            **traces(
+                self.system,
+                self.spring,
+                np.asarray(dt * np.arange(kept.shape[0]), dtype=np.float64),
+                kept,
+                np.full(kept.shape[0], self.memory),
+            ),
+        )
+
+    def _cycle(self, verdict: Verdict, period: float) -> dict[str, float]:
+        """The cycle itself, if the motion has been seen to settle on one."""
+        if verdict.state != "lco" or self.options.criteria == "thesis" or not np.isfinite(period):
+            return {}
+        return settled_cycle(self.system, self.spring, self.motion.state, period, self.limits) or {}
+
+    def _last(self) -> Verdict:
+        if self.failure:
+            return Verdict("undecided", self.failure)
+        return self.watch.last(self.motion.time)

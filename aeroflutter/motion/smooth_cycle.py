@@ -1,0 +1,114 @@
+"""The attracting cycle that a motion with a smooth spring has settled on, by Newton's method."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aeroflutter.motion.smooth_steps import Limits, stepper
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["settled_cycle"]
+
+SAMPLES = 512  # of a period
+NEWTON = 8  # iterations
+NEAR = 1e-2  # of the size of the motion: a cycle farther away is another one
+CLOSED = 1e3  # times the tolerance of the march, in sizes
+DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
+
+
+def settled_cycle(
+    system: LureSystem, spring: Spring, state: Array, period: float, limits: Limits
+) -> dict[str, Any] | None:
+    """Measures of the cycle next to a state, None if Newton's method does not find it.
+
+    The unknowns are the state and the period; the start may not move along the motion.
+
+    Parameters
+    ----------
+    state, period
+        A point near the cycle, (n,), and about how long it takes.
+
+    Returns
+    -------
+    dict
+        amplitude, bias, period, first_harmonic and multiplier: the largest but the trivial one.
+    """
+    orbit = _Orbit(system, spring, limits)
+    x, T, sizes = state.copy(), period, orbit.sizes(state, period)
+    along = orbit.rate(x) / sizes**2
+    for _ in range(NEWTON):
+        end = orbit.end(x, T)
+        monodromy = orbit.monodromy(x, T, sizes)
+        left = (end - x) / sizes
+        if np.max(np.abs(left)) < CLOSED * orbit.tolerance:
+            close = np.max(np.abs(x - state) / sizes) < NEAR
+            return orbit.measures(x, T, monodromy) if close else None
+        matrix = np.zeros((x.size + 1, x.size + 1))
+        matrix[:-1, :-1] = monodromy - np.eye(x.size)
+        matrix[:-1, -1] = orbit.rate(end) / sizes
+        matrix[-1, :-1] = along * sizes
+        step = np.linalg.lstsq(matrix, -np.append(left, 0.0), rcond=None)[0]
+        x, T = x + sizes * step[:-1], T + float(step[-1])
+        if not (np.all(np.isfinite(step)) and 0.5 < T / period < 2.0):
+            return None
+    return None
+
+
+class _Orbit:
+    """Motions of one system from any state for any time."""
+
+    def __init__(self, system: LureSystem, spring: Spring, limits: Limits) -> None:
+        self.system, self.spring, self.limits = system, spring, limits
+        self.tolerance = stepper(system, spring, np.zeros(system.order), limits).tolerance
+
+    def rate(self, x: Array) -> Array:
+        """x'."""
+        y = float(self.system.c @ x)
+        return np.asarray(self.system.A @ x - self.system.b * float(self.spring.moment(y)))
+
+    def march(self, x: Array, time: float, dt: float) -> tuple[Array, Array, Array]:
+        """Where a motion ends, its samples and its turning points."""
+        motion = stepper(
+            self.system, self.spring, x, self.limits._replace(dt=dt, bound=np.inf, time=time)
+        )
+        stretch = motion.march(time)
+        return motion.state, np.vstack((x, stretch.samples)), stretch.turns
+
+    def end(self, x: Array, time: float) -> Array:
+        """Where a motion ends."""
+        return self.march(x, time, time)[0]
+
+    def sizes(self, x: Array, period: float) -> Array:
+        """Largest modulus of every state over a period, and not much less than the largest."""
+        largest = np.max(np.abs(self.march(x, period, period / SAMPLES)[1]), axis=0)
+        return np.asarray(np.maximum(largest, 1e-6 * largest.max()))
+
+    def monodromy(self, x: Array, period: float, sizes: Array) -> Array:
+        """Sensitivity of the end to the start, both in sizes, by central differences."""
+        steps = DIFFERENCE * np.diag(sizes)
+        rise = [self.end(x + step, period) - self.end(x - step, period) for step in steps]
+        return np.array(rise).T / (2.0 * DIFFERENCE * sizes[:, None])
+
+    def measures(self, x: Array, period: float, monodromy: Array) -> dict[str, Any]:
+        """What there is to say of a cycle."""
+        _, samples, _ = self.march(x, period, period / SAMPLES)
+        turns = self.march(x, 2.0 * period, period)[2][:, 1]
+        pitch = samples[:SAMPLES] @ self.system.c
+        multipliers = np.linalg.eigvals(monodromy)
+        proper = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
+        return {
+            "amplitude": 0.5 * float(turns.max() - turns.min()),
+            "bias": 0.5 * float(turns.max() + turns.min()),
+            "period": period,
+            "first_harmonic": 2.0 * float(np.abs(np.fft.rfft(pitch)[1])) / SAMPLES,
+            "multiplier": float(np.abs(proper).max()),
+        }

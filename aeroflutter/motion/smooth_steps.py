@@ -1,0 +1,193 @@
+"""Steps along a motion with a smooth spring: Taylor series for cubic laws, DOP853 for any other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from aeroflutter.motion import _kernel_taylor as kernel
+from aeroflutter.springs import Cubic
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Limits", "Stepper", "Stretch", "scalar_law", "stepper"]
+
+RTOL = 1e-11
+TURNS = 256  # turning points found before the kernel comes back for room
+
+
+class Stretch(NamedTuple):
+    """A part of a motion.
+
+    Attributes
+    ----------
+    samples
+        States at the multiples of dt in it, (m, n).
+    turns
+        Time and y of the turning points in it, (k, 2).
+    failure
+        Why the march cannot go on; empty if it can.
+    """
+
+    samples: Array
+    turns: Array
+    failure: str = ""
+
+
+class Stepper(Protocol):
+    """A motion that is marched on from where it is."""
+
+    tolerance: float
+
+    @property
+    def time(self) -> float:
+        """Time reached."""
+
+    @property
+    def state(self) -> Array:
+        """State there, (n,)."""
+
+    def march(self, until: float) -> Stretch:
+        """March to a time, or a little further, or to where |y| has passed the bound."""
+
+
+class Limits(NamedTuple):
+    """What bounds a march.
+
+    Attributes
+    ----------
+    dt
+        Spacing of the samples.
+    bound
+        |y| beyond which it stops.
+    time
+        When it ends at the latest.
+    size
+        Size of the motion, of which DOP853 neglects a part.
+    step
+        Longest step in which DOP853 overlooks no turning point.
+    """
+
+    dt: float
+    bound: float
+    time: float
+    size: float
+    step: float
+
+
+def stepper(system: LureSystem, spring: Spring, state: Array, limits: Limits) -> Stepper:
+    """The stepper for a spring."""
+    if type(spring) is Cubic:
+        return _Taylor(system, spring, state, limits)
+    return _Dop853(system, spring, state, limits)
+
+
+class _Taylor:
+    """Series to round-off; see `_kernel_taylor`."""
+
+    tolerance = float(np.finfo(float).eps)
+
+    def __init__(self, system: LureSystem, spring: Cubic, state: Array, limits: Limits) -> None:
+        self.law = system.A, system.b, system.c, (float(spring.beta1), float(spring.beta3))
+        self.time, self.state, self.limits = 0.0, state.astype(float), limits
+        self.slope = 0.0
+
+    def march(self, until: float) -> Stretch:
+        """See `Stepper`."""
+        samples, turns, status = [], [], kernel.FULL
+        dt, bound = self.limits.dt, self.limits.bound
+        while status == kernel.FULL:
+            room = np.empty((int((until - self.time) / dt) + 2, self.state.size))
+            turn = np.empty((TURNS, 2))
+            status, self.time, self.slope, count, found = kernel.march(
+                *self.law, self.state, self.time, until, self.slope, bound, dt, room, turn
+            )
+            samples.append(room[:count])
+            turns.append(turn[:found])
+        failure = f"no step is left at tau = {self.time:g}" if status == kernel.STALLED else ""
+        return Stretch(np.concatenate(samples), np.concatenate(turns), failure)
+
+
+class _Dop853:
+    """SciPy's DOP853; turning points are roots of y' on its dense output."""
+
+    tolerance = RTOL
+
+    def __init__(self, system: LureSystem, spring: Spring, state: Array, limits: Limits) -> None:
+        from scipy.integrate import DOP853
+
+        self.system, self.limits, self.moment = system, limits, scalar_law(spring)
+        self.row, self.direct = system.c @ system.A, float(system.c @ system.b)
+        self.solver: Any = DOP853(
+            self._rate, 0.0, state, limits.time,
+            max_step=limits.step, rtol=RTOL, atol=RTOL * limits.size,
+        )  # fmt: skip
+        self.count = 1
+
+    @property
+    def time(self) -> float:
+        """Time reached."""
+        return float(self.solver.t)
+
+    @property
+    def state(self) -> Array:
+        """State there."""
+        return np.asarray(self.solver.y)
+
+    def march(self, until: float) -> Stretch:
+        """See `Stepper`."""
+        samples, turns, failure = [np.empty((0, self.state.size))], [], ""
+        with np.errstate(over="ignore", invalid="ignore"):
+            while not failure and self.time < until:
+                if self.solver.step():
+                    failure = f"DOP853 gave up at tau = {self.time:g}"
+                dense = self.solver.dense_output()
+                samples.append(self._samples(dense))
+                turns += self._turns(dense)
+                if not abs(float(self.system.c @ self.state)) <= self.limits.bound:
+                    break
+        return Stretch(np.concatenate(samples), np.array(turns).reshape(-1, 2), failure)
+
+    def _rate(self, _: float, x: Array) -> Array:
+        return self.system.A @ x - self.system.b * self.moment(float(self.system.c @ x))
+
+    def _samples(self, dense: Callable[[Any], Array]) -> Array:
+        last = int(np.floor(self.time / self.limits.dt + 1e-9))
+        times = self.limits.dt * np.arange(self.count, last + 1)
+        self.count = max(self.count, last + 1)
+        return dense(times).T if times.size else np.empty((0, self.state.size))
+
+    def _turns(self, dense: Callable[[Any], Array]) -> list[tuple[float, float]]:
+        from scipy.optimize import brentq
+
+        grid = np.linspace(self.solver.t_old, self.solver.t, 4)
+        slopes, found = [self._slope(x) for x in dense(grid).T], []
+        for i in range(3):
+            if slopes[i] * slopes[i + 1] < 0.0 or (slopes[i + 1] == 0.0 and slopes[i] != 0.0):
+                time = brentq(
+                    lambda t: self._slope(dense(t)), grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14
+                )
+                found.append((float(time), float(self.system.c @ dense(time))))
+        return found
+
+    def _slope(self, x: Array) -> float:
+        """Slope y' = c A x - (c b) F(y)."""
+        slope = float(self.row @ x)
+        return slope - self.direct * self.moment(float(self.system.c @ x)) if self.direct else slope
+
+
+def scalar_law(spring: Spring) -> Callable[[float], float]:
+    """The moment of one pitch, without the cost of arrays where the law is known."""
+    if type(spring) is Cubic:
+        beta1, beta3 = spring.beta1, spring.beta3
+        return lambda y: y * (beta1 + beta3 * y * y)
+    return lambda y: float(spring.moment(y))

@@ -1,0 +1,1 @@
+"""Limit cycles by describing functions, harmonic balance and shooting, and their continuation."""

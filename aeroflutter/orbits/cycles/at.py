@@ -1,0 +1,133 @@
+"""Every limit cycle at one speed, or of one system that does not depend on speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aeroflutter.errors import InputError
+from aeroflutter.model.lure import FixedFamily, LureFamily, LureSystem
+from aeroflutter.orbits.cycles.options import CycleOptions
+from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
+from aeroflutter.orbits.cycles.search import Search
+from aeroflutter.springs import Spring
+
+__all__ = ["CyclesAt", "cycles_at"]
+
+Array = NDArray[np.float64]
+
+_GAINS = (0.2, 5.0)  # over which the cycles of one system are followed
+_FAR = 2000.0  # amplitude followed, in units of the spring's scale: near U*_L cycles are large
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CyclesAt:
+    """The limit cycles at one speed.
+
+    Attributes
+    ----------
+    speed, speed_ratio
+        U* and U*/U*_L (NaN without a flutter speed).
+    cycles
+        Every cycle found there, by amplitude; of a pair of mirror images one.
+    branch
+        The families that were followed to find them.
+    """
+
+    speed: float
+    speed_ratio: float
+    cycles: tuple[Cycle, ...]
+    branch: LimitCycles
+
+
+def cycles_at(
+    family: LureFamily,
+    spring: Spring,
+    speed: float,
+    options: CycleOptions | None = None,
+    watch: Callable[[Cycle], None] = lambda cycle: None,
+) -> CyclesAt:
+    """Every limit cycle at one speed, stable or not.
+
+    All families that lead through that speed are followed, so unstable cycles are found however
+    far they are from anything a simulation would show.
+
+    Parameters
+    ----------
+    family, spring
+        As for `limit_cycles`. A family that does not depend on speed is closed with a gain from
+        0.2 to 5 instead, and its cycles are those at gain 1.
+    speed
+        U*; its value does not matter where the family does not depend on it.
+    options
+        Where to look; the range of speeds is widened to contain `speed`.
+    watch
+        Called with every cycle found on the way.
+
+    Raises
+    ------
+    InputError
+        If the spring is not piecewise linear, or the speed outside what the family covers.
+
+    Examples
+    --------
+    >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+    >>> section = SectionFamily(TypicalSection(omega_bar=0.8))
+    >>> found = cycles_at(section, Hysteresis(1.0, 0.2), 3.9)
+    >>> [(round(cycle.amplitude, 6), cycle.stable) for cycle in found.cycles]
+    [(0.559484, False), (1.283152, True)]
+    """
+    options = options or CycleOptions()
+    fixed = isinstance(family, FixedFamily)
+    if isinstance(family, FixedFamily):
+        family, speed = _GainFamily(family.system), 1.0
+    low, high = family.search_range
+    if not low <= speed <= high:
+        raise InputError(f"speed: must lie between {low:g} and {high:g}, not {speed!r}")
+    search = Search(family, spring, options, watch)
+    ratio = speed / search.frame.reference
+    spans = _GAINS if fixed else options.speed_ratio_range
+    unit = search.frame.reference if fixed else 1.0
+    span = min(spans[0] / unit, 0.98 * ratio), max(spans[1] / unit, 1.02 * ratio)
+    search.options = replace(options, speed_ratio_range=span, largest=max(options.largest, _FAR))
+    search.run(speed)
+    return CyclesAt(
+        speed=speed,
+        speed_ratio=speed / search.frame.flutter if search.frame.flutter else float("nan"),
+        cycles=search.at(speed),
+        branch=search.result(),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _GainFamily:
+    """x' = A x - gain b F(c x): a family that passes through a fixed system at gain 1."""
+
+    system: LureSystem
+
+    @property
+    def c(self) -> Array:
+        return self.system.c
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        return self.system.state_names
+
+    @property
+    def search_range(self) -> tuple[float, float]:
+        return _GAINS
+
+    def at(self, speed: float) -> LureSystem:
+        return LureSystem(self.system.A, speed * self.system.b, self.c, self.state_names)
+
+    def stack(self, speeds: ArrayLike) -> tuple[Array, Array]:
+        gain = np.asarray(speeds, dtype=float)
+        n = self.system.order
+        return np.broadcast_to(self.system.A, (*gain.shape, n, n)), gain[..., None] * self.system.b
+
+    def derivative(self, speeds: ArrayLike) -> tuple[Array, Array]:
+        shape, n = np.shape(speeds), self.system.order
+        return np.zeros((*shape, n, n)), np.broadcast_to(self.system.b, (*shape, n))

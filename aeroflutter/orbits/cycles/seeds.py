@@ -1,0 +1,175 @@
+"""Starts for the search: sinusoids of the describing function, end states of the exact engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.errors import ConvergenceError
+from aeroflutter.motion.endstates import EndOptions, end_states
+from aeroflutter.motion.prepared import Prepared
+from aeroflutter.orbits.continuation import ContinuationOptions, correct
+from aeroflutter.orbits.cycles.centre import static_state
+from aeroflutter.orbits.cycles.loop import Loop
+from aeroflutter.orbits.cycles.measure import Frame, anchored, sizes_of, switches_of, trace_of
+from aeroflutter.orbits.cycles.shooting import Shooting
+from aeroflutter.springs import Hysteresis
+
+__all__ = ["converged", "end_seeds", "mirrors", "sinusoid", "starts"]
+
+Array = NDArray[np.float64]
+
+_WHOLE = 1e-6  # relative difference below which a fraction of the period is a period
+_FRACTIONS = (2, 3, 5, 7)
+_SHORTEST = 1e-3  # of the guess's period: what returns sooner still does not move
+_MIRROR = 1e-5  # relative difference below which a simulated motion mirrors itself
+_SAMPLES = 256
+_SIZES = (0.3, 12.0)  # of motions that are simulated, in units of the spring's scale
+_PATIENCE = 200.0  # longest of them, in periods of linear flutter
+_SEEN = 1e-6  # least pitch of a mode of unit size that is started in
+_PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and U/U_ref
+_NEWTON = 12  # iterations
+_REST = 0.05  # of the size of the guess: what shrinks below it has come to rest
+_LEFT = 1e-8  # of the residual, in sizes of the cycle
+_REACH = 1.0  # of Newton's method, in sizes of the cycle
+
+
+def sinusoid(loop: Loop, amplitude: float, bias: float, speed: float, k: float) -> Array:
+    """Point z of the forced response to the moment of y = bias + amplitude cos kτ.
+
+    Parameters
+    ----------
+    amplitude, bias, speed, k
+        A cycle by the describing function.
+    """
+    A, b = loop.family.stack(speed)
+    N = complex(loop.spring.describing(amplitude, bias).N)
+    wave = np.linalg.solve(1j * k * np.eye(loop.n) - A, -b * N * amplitude)
+    angle, memory = _start(loop, amplitude, bias)
+    x = static_state(loop.family, speed, bias) + (wave * np.exp(1j * angle)).real
+    return np.append(x, memory) if loop.memory else x
+
+
+def _start(loop: Loop, amplitude: float, bias: float) -> tuple[float, float]:
+    """Angle after the maximum at which shooting starts, and the memory there."""
+    spring = loop.spring
+    if not isinstance(spring, Hysteresis):
+        return 0.0, 0.0
+    memory = float(np.clip(bias + amplitude - spring.v1, spring.h_low, spring.h_high))
+    return float(np.arccos(np.clip((memory + spring.v_off - bias) / amplitude, -1, 1))), memory
+
+
+def starts(frame: Frame, speed: float, count: int, rng: np.random.Generator) -> Array:
+    """Initial states about the centre, (count, n), sizes spread evenly over `_SIZES`.
+
+    One in three is at rest at some y; the others move in the modes that the loop has with a spring
+    of unit slope, at any phases. Basins that no start at rest lies in are reached that way.
+    """
+    loop, c = frame.loop, frame.loop.family.c
+    low, high = np.log(loop.spring.scale * np.array(_SIZES))
+    sizes = np.exp(low + (high - low) * rng.permutation((np.arange(count) + 0.5) / count))
+    still = np.arange(count) % 3 == 0
+    A, b = loop.family.stack(speed)
+    values, modes = np.linalg.eig(A - np.outer(b, c))
+    modes = modes[:, (values.imag > 0) & (np.abs(c @ modes) > _SEEN)]
+    modes = modes / (c @ modes)
+    shape = count, modes.shape[1]
+    weights = rng.random(shape) * np.exp(2j * np.pi * rng.random(shape))
+    sides = np.where(rng.random(count) < 0.5, -1.0, 1.0)
+    rest = np.outer(sides, c) / (c @ c)
+    moving = (weights @ modes.T).real
+    middle = 0.5 * sum(loop.spring.span()) * c / (c @ c)
+    return np.asarray(middle + sizes[:, None] * np.where(still[:, None], rest, moving))
+
+
+def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array, float]]:
+    """Points and periods of the attracting cycles that motions end on before long.
+
+    Parameters
+    ----------
+    states : float array (N, n)
+        Where the motions start, about the centre.
+    """
+    loop = frame.loop
+    prepared = Prepared.of(loop.family.at(speed), loop.spring)
+    memory = loop.spring.initial_memory(states @ loop.family.c)
+    options = EndOptions(cycles=200, patience=10, duration=_PATIENCE * frame.period)
+    ends = end_states(prepared, states, memory, options, share=True)
+    for z, period, loops in zip(ends.cycles.z, ends.cycles.period, ends.cycles.loops, strict=True):
+        if loops > 0:
+            yield (z if loop.memory else z[: loop.n]).copy(), float(period)
+
+
+def mirrors(frame: Frame, z: Array, period: float, speed: float) -> Array | None:
+    """The point of a motion that mirrors itself, moved to the centre; None if it does not.
+
+    In a continuum of bias the motion mirrors itself about some other place.
+    """
+    flow, c = frame.loop.at(speed), frame.loop.family.c
+    y = flow.trace(z, period, _SAMPLES).states @ c
+    y -= y.mean()
+    if np.max(np.abs(y + np.roll(y, _SAMPLES // 2))) > _MIRROR * np.max(np.abs(y)):
+        return None
+    return np.asarray(0.5 * (z - flow.passage(z, period / 2).end))
+
+
+def converged(
+    frame: Frame, z: Array, period: float, speed: float, symmetric: bool
+) -> tuple[Shooting, Array]:
+    """The cycle near a guess, with its equations: at that speed, else the nearest at another.
+
+    A cycle found more than once round is cut down to its own period.
+
+    Raises
+    ------
+    ConvergenceError
+        If there is none, or only one far away.
+    """
+    shooting = Shooting(frame.loop, symmetric, frame.reference)
+    q, _ = anchored(shooting, shooting.pack(z, period, speed))
+    hold = float(q[-3]) if frame.loop.memory else 0.0
+    shooting = Shooting(frame.loop, symmetric, frame.reference, hold)
+    sizes = sizes_of(shooting, trace_of(shooting, q))
+    scale = np.concatenate((np.sqrt(sizes.size) * sizes, [_PERIOD, _SPEED]))
+    options = ContinuationOptions(scale=scale, max_newton=_NEWTON)
+    try:
+        found, _ = correct(shooting, q, np.eye(q.size)[-1], options)
+    except ConvergenceError:
+        found, _ = correct(shooting, q, None, options)
+    trace = trace_of(shooting, found)
+    shrunk = np.max(sizes_of(shooting, trace) / sizes)
+    if not (np.linalg.norm((found - q) / scale) < _REACH and shrunk > _REST):
+        raise ConvergenceError("Newton's method led far from where it was started, or to rest")
+    left = shooting.residual(found)[: sizes.size] / sizes
+    if np.max(np.abs(left)) > _LEFT:
+        raise ConvergenceError("Newton's method stopped short of a cycle, at a kink")
+    if switches_of(frame.loop, trace) == 0:
+        raise ConvergenceError("the spring does not switch: a cycle of a linear system")
+    return _cut(frame, shooting, found, sizes, _SHORTEST * period)
+
+
+def _cut(
+    frame: Frame, shooting: Shooting, q: Array, sizes: Array, shortest: float
+) -> tuple[Shooting, Array]:
+    """The same cycle once round, on the half-period map if it mirrors itself."""
+    z, period, speed = shooting.unpack(q)
+    if period < shortest:
+        raise ConvergenceError("the motion returns after any time: it is at rest")
+    flow = shooting.flow(q)
+
+    def returns(duration: float, sign: float) -> bool:
+        end = flow.passage(z, duration).end
+        return bool(np.max(np.abs((end - sign * z) / sizes)) < _WHOLE)
+
+    symmetric = shooting.symmetric
+    for count in _FRACTIONS:
+        part = period / count
+        if symmetric and count % 2 and returns(part / 2, -1.0):
+            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes, shortest)
+        if not symmetric and returns(part, 1.0):
+            return _cut(frame, shooting, shooting.pack(z, part, speed), sizes, shortest)
+    if not symmetric and frame.centre.odd and returns(period / 2, -1.0):
+        return Shooting(frame.loop, True, frame.reference), q
+    return shooting, q

@@ -1,0 +1,309 @@
+"""How large a gap, or how little friction, keeps the limit cycles small enough.
+
+A piecewise-linear spring is scale-free: with all its lengths multiplied by one factor, so are all
+its cycles, at the same speeds. One branch therefore says how large the whole spring may be.
+Friction alone changes the shape of the loop, so the least of it is found by bisection, a branch a
+trial.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.model.lure import FixedFamily, LureFamily
+from aeroflutter.orbits.cycles.assemble import Family
+from aeroflutter.orbits.cycles.follow import Place, between
+from aeroflutter.orbits.cycles.options import CycleOptions
+from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
+from aeroflutter.orbits.cycles.search import Search
+from aeroflutter.springs import Hysteresis, Linear, Spring, simplify
+
+__all__ = ["Tolerance", "least_friction", "tolerance"]
+
+_FAR = 2000.0  # amplitude followed, in units of the spring's scale
+_FRICTIONS = (1e-2, 1e2)  # ΔV/ΔH searched
+_PER_DECADE = 4
+_RELATIVE = 1e-4  # of the friction
+_NARROW = 2e-3  # U*/U*_L: narrower gaps between stable cycles are not mentioned
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tolerance:
+    """What keeps every stable limit cycle below an amplitude up to a speed.
+
+    Attributes
+    ----------
+    spring
+        The spring that is just tolerable; None if any is, however large (`unlimited`).
+    factor
+        Its size over that of the spring given; infinite if any is tolerable.
+    worst
+        The largest stable cycle of the spring given, up to the speed; None if there is none.
+    amplitude, speed
+        What was asked for: largest amplitude, rad, and highest speed U*.
+    speed_ratio
+        The same over U*_L.
+    branch
+        The cycles that it rests on.
+    notes
+        What a reader should know.
+    """
+
+    spring: Spring | None
+    factor: float
+    worst: Cycle | None
+    amplitude: float
+    speed: float
+    speed_ratio: float
+    branch: LimitCycles
+    notes: tuple[str, ...]
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether there is no stable cycle up to the speed, so that any size is tolerable."""
+        return self.worst is None
+
+
+def tolerance(
+    family: LureFamily,
+    spring: Spring,
+    speed_ratio: float,
+    amplitude: float,
+    options: CycleOptions | None = None,
+) -> Tolerance:
+    """The largest spring of a shape that keeps every stable cycle below an amplitude.
+
+    Parameters
+    ----------
+    family, spring
+        As for `limit_cycles`; what counts of the spring is its shape.
+    speed_ratio
+        Highest speed over U*_L.
+    amplitude
+        Largest amplitude allowed, half peak-to-peak, rad.
+    options
+        Where to look; the upper end of the range of speeds is `speed_ratio`.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive, or there is no flutter speed to refer to.
+    ConvergenceError
+        If stable cycles grow without bound below the speed.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+    >>> section = SectionFamily(TypicalSection(omega_bar=0.8))
+    >>> answer = tolerance(section, Hysteresis(1.0, 0.2), 0.95, np.radians(2.0))
+    >>> round(float(np.degrees(answer.spring.delta_h)), 6)
+    0.297792
+    """
+    _check(speed_ratio, amplitude)
+    search = _search(family, spring, speed_ratio, options)
+    speed = speed_ratio * search.frame.reference
+    worst = _worst(search, speed)
+    branch = search.result()
+    factor = float("inf") if worst is None else amplitude / worst.amplitude
+    return Tolerance(
+        spring=None if worst is None else spring.scaled(factor),
+        factor=factor,
+        worst=worst,
+        amplitude=amplitude,
+        speed=speed,
+        speed_ratio=speed_ratio,
+        branch=branch,
+        notes=(*branch.notes, *_gaps(branch, speed_ratio)),
+    )
+
+
+def least_friction(
+    family: LureFamily,
+    spring: Spring,
+    speed_ratio: float,
+    amplitude: float,
+    options: CycleOptions | None = None,
+) -> Tolerance:
+    """The least friction ΔV that keeps every stable cycle below an amplitude, at the given gap ΔH.
+
+    Every larger friction that was tried, up to a hundred times the gap, is tolerable as well.
+
+    Parameters
+    ----------
+    family, spring, speed_ratio, amplitude, options
+        As for `tolerance`; the spring is a hysteresis loop with a gap.
+
+    Returns
+    -------
+    Tolerance
+        Its `factor` is the least ΔV over the one given.
+
+    Raises
+    ------
+    InputError
+        If the spring is not a hysteresis loop with a gap, or a number is not positive.
+    ConvergenceError
+        If no friction up to a hundred times the gap is enough, or stable cycles grow without bound.
+    """
+    _check(speed_ratio, amplitude)
+    if not isinstance(spring, Hysteresis) or not spring.delta_h > 0.0:
+        raise InputError("spring.kind: friction belongs to a hysteresis loop with delta_h_deg > 0")
+
+    coarse = replace(options or CycleOptions(), points=2)  # maxima are located all the same
+
+    def excess(ratio: float) -> float:
+        trial = replace(spring, delta_v=ratio * spring.delta_h)
+        search = _search(family, trial, speed_ratio, coarse)
+        worst = _worst(search, speed_ratio * search.frame.reference)
+        return -np.inf if worst is None else worst.amplitude - amplitude
+
+    decades = np.log10(_FRICTIONS[1] / _FRICTIONS[0])
+    ratios = np.geomspace(*_FRICTIONS, int(_PER_DECADE * decades) + 1)[::-1]
+    good = 0.0
+    for ratio in ratios:  # from much friction to little, down to the first that is not enough
+        if excess(float(ratio)) > 0.0:
+            break
+        good = float(ratio)
+    else:
+        return _with_friction(family, spring, 0.0, speed_ratio, amplitude, options)
+    if good == 0.0:
+        raise ConvergenceError(
+            f"no friction is enough: with delta_v = {_FRICTIONS[1]:g} delta_h there still is a "
+            "stable limit cycle above the amplitude"
+        )
+    bad = float(ratio)
+    while good / bad > 1.0 + _RELATIVE:
+        middle = float(np.sqrt(good * bad))
+        good, bad = (good, middle) if excess(middle) > 0.0 else (middle, bad)
+    return _with_friction(family, spring, good, speed_ratio, amplitude, options)
+
+
+def _check(speed_ratio: float, amplitude: float) -> None:
+    problems = [
+        f"{name}: must be a positive number, not {value!r}"
+        for name, value in (("speed_ratio", speed_ratio), ("amplitude", amplitude))
+        if not (np.isfinite(value) and value > 0.0)
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _search(
+    family: LureFamily, spring: Spring, speed_ratio: float, options: CycleOptions | None
+) -> Search:
+    """A finished search that covers the speed."""
+    options = options or CycleOptions()
+    if isinstance(simplify(spring), Linear):
+        raise InputError("spring.kind: the spring is linear and has no limit cycles to keep small")
+    if isinstance(family, FixedFamily):
+        raise InputError("family: does not depend on speed; a tolerance is one up to a speed")
+    low, high = options.speed_ratio_range
+    search = Search(
+        family,
+        spring,
+        replace(
+            options,
+            speed_ratio_range=(min(low, 0.98 * speed_ratio), max(high, 1.02 * speed_ratio)),
+            largest=max(options.largest, _FAR),
+        ),
+    )
+    if search.frame.flutter is None:
+        raise InputError("speed_ratio: the section has no linear flutter speed to refer to")
+    search.run(speed_ratio * search.frame.reference)
+    return search
+
+
+def _worst(search: Search, speed: float) -> Cycle | None:
+    """The largest stable cycle up to a speed U*."""
+    cycles = [cycle for family in search.families for cycle in family.facts.cycles]
+    cycles += search.at(speed)
+    cycles += [cycle for family in search.families for cycle in _tops(family)]
+    candidates = [cycle for cycle in cycles if cycle.stable and cycle.speed <= speed * (1 + 1e-12)]
+    worst = max(candidates, key=lambda cycle: cycle.amplitude, default=None)
+    if worst is not None and worst.amplitude > 0.9 * search.largest:
+        raise ConvergenceError(
+            f"stable limit cycles grow beyond {search.largest / search.frame.loop.spring.scale:g} "
+            f"times the spring's scale at U*/U*_L = {worst.speed_ratio:.6g}: no size is tolerable",
+            search.result(),
+        )
+    return worst
+
+
+def _tops(family: Family) -> list[Cycle]:
+    """Local maxima of the amplitude along a family, located between the places of its walk."""
+    found = []
+    for strand in family.strands:
+        places = strand.places
+        for before, top, after in zip(places, places[1:], places[2:], strict=False):
+            sides = before.cycle.amplitude, after.cycle.amplitude
+            if top.cycle.stable and top.cycle.amplitude >= max(sides):
+                found += [_top(*pair) for pair in ((before, top), (top, after))]
+    return [cycle for cycle in found if cycle is not None]
+
+
+def _top(one: Place, other: Place) -> Cycle | None:
+    """The largest cycle between two neighbours, None where they belong to different legs."""
+    at = {}
+
+    def smallness(fraction: float) -> float:
+        place = between(one, other, fraction)
+        if place is None:
+            return 0.0
+        at[fraction] = place.cycle
+        return -place.cycle.amplitude
+
+    best = minimize_scalar(smallness, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-6})
+    return at.get(best.x)
+
+
+def _with_friction(
+    family: LureFamily,
+    spring: Hysteresis,
+    ratio: float,
+    speed_ratio: float,
+    amplitude: float,
+    options: CycleOptions | None,
+) -> Tolerance:
+    """The answer: a loop of the given gap with ΔV = ratio ΔH."""
+    found = replace(spring, delta_v=ratio * spring.delta_h)
+    search = _search(family, found, speed_ratio, options)
+    speed = speed_ratio * search.frame.reference
+    branch, worst = search.result(), _worst(search, speed)
+    return Tolerance(
+        spring=found,
+        factor=found.delta_v / spring.delta_v if spring.delta_v else float("nan"),
+        worst=worst,
+        amplitude=amplitude,
+        speed=speed,
+        speed_ratio=speed_ratio,
+        branch=branch,
+        notes=(*branch.notes, *_gaps(branch, speed_ratio)),
+    )
+
+
+def _gaps(branch: LimitCycles, speed_ratio: float) -> list[str]:
+    """Warnings of speeds at which there are cycles, but none of those found is stable."""
+    if branch.stable_onset is None:
+        return []
+    covered = sorted(
+        (min(pair), max(pair))
+        for family in branch.families
+        for one, other in zip(family.cycles, family.cycles[1:], strict=False)
+        if one.stable and other.stable
+        for pair in [(one.speed_ratio, other.speed_ratio)]
+    )
+    notes, reached = [], branch.stable_onset.cycle.speed_ratio
+    for low, high in [*covered, (speed_ratio, speed_ratio)]:
+        if reached + _NARROW < min(low, speed_ratio):
+            notes.append(
+                f"no stable limit cycle was found from U*/U*_L = {reached:.4f} to "
+                f"{min(low, speed_ratio):.4f}: motion there may be aperiodic; `aeroflutter map` "
+                "shows how large"
+            )
+        reached = max(reached, high)
+    return notes

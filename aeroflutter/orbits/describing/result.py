@@ -1,0 +1,141 @@
+"""Typed results of the describing-function analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["CycleFamily", "DescribingCurve", "Onset"]
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Onset:
+    """An extreme of a family of cycles.
+
+    Attributes
+    ----------
+    speed, speed_ratio
+        U* and U*/U*_L (NaN without a flutter speed).
+    amplitude, bias
+        Radians.
+    k
+        Reduced frequency.
+    kind
+        "fold" (the speed has a smooth extremum), "corner" (the describing function has a kink),
+        "edge" (the family ends, or changes its stability by another root, here).
+    stable
+        Whether there are stable cycles beside it.
+    beside
+        Stability of the cycles just below and just above it in amplitude.
+    family
+        Number of the family.
+    """
+
+    speed: float
+    speed_ratio: float
+    amplitude: float
+    bias: float
+    k: float
+    kind: str
+    stable: bool
+    beside: tuple[bool, bool]
+    family: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class CycleFamily:
+    """One curve of cycles.
+
+    Attributes
+    ----------
+    number
+        Its number, from 1, by lowest speed.
+    biased
+        Whether it solves the balance of the mean with a free bias.
+    mirror_of
+        For the mirror image of a biased family of an odd spring, the number of the original.
+    ends
+        Why the curve ends, at either end.
+    closed
+        Whether it is a closed loop.
+    onset, stable_onset
+        Its lowest cycle, and its lowest stable cycle if there is one.
+    folds
+        Every local extremum of the speed, corners included.
+    """
+
+    number: int
+    biased: bool
+    mirror_of: int | None
+    ends: tuple[str, str]
+    closed: bool
+    onset: Onset
+    stable_onset: Onset | None
+    folds: tuple[Onset, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DescribingCurve:
+    """Amplitude against airspeed by the describing function.
+
+    Attributes
+    ----------
+    amplitude, bias
+        Amplitude A and mean B of the assumed sinusoid, radians, shape (m,).
+    speed, speed_ratio, k
+        U*, U*/U*_L (NaN without a flutter speed) and reduced frequency, shape (m,).
+    n_p, n_q
+        Describing function, shape (m,).
+    family
+        Number of each point's family, shape (m,).
+    stable
+        Quasi-static stability, shape (m,): `drift` < 0, no `others`, `bias_stable`.
+    drift, slope, others, bias_stable, rules_agree
+        See `aeroflutter.orbits.describing.stability.Stability`, shape (m,).
+    distortion
+        Norm of the predicted harmonics 2 … K over the amplitude, shape (m,).
+    harmonics
+        Those harmonics over the amplitude, complex, shape (m, K - 1).
+    in_thesis_range
+        Whether the motion covers the whole nonlinearity, shape (m,).
+    families
+        What is known of every family.
+    flutter_speed
+        U*_L, or None if there is none in the family's range.
+    onset, stable_onset
+        The lowest cycle of all, and the lowest stable one; None where there is none.
+    amplitude_range, speed_range
+        Where cycles were looked for (radians, U*).
+    notes
+        What a reader should know: curves that could not be followed, why there are no cycles.
+    """
+
+    amplitude: Array
+    bias: Array
+    speed: Array
+    speed_ratio: Array
+    k: Array
+    n_p: Array
+    n_q: Array
+    family: NDArray[np.int64]
+    stable: Flags
+    drift: Array
+    slope: Array
+    others: NDArray[np.int64]
+    bias_stable: Flags
+    rules_agree: Flags
+    distortion: Array
+    harmonics: NDArray[np.complex128]
+    in_thesis_range: Flags
+    families: tuple[CycleFamily, ...]
+    flutter_speed: float | None
+    onset: Onset | None
+    stable_onset: Onset | None
+    amplitude_range: tuple[float, float]
+    speed_range: tuple[float, float]
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,1 @@
+"""Studies made of many analyses: maps, sweeps, families, tolerances."""

@@ -1,0 +1,140 @@
+"""An executor on a Dask cluster that is already running somewhere."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from aeroflutter.errors import AeroflutterError, InputError
+from aeroflutter.studies.maps.study import Outcome, Study, Task, carry_out
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+__all__ = ["Cluster"]
+
+CONNECT_SECONDS = 10
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Workers of a Dask scheduler.
+
+    The scheduler repeats the blocks of workers that died and gives a block up when too many died
+    at it (`distributed.scheduler.allowed-failures`). It counts every block that such a worker
+    had at hand, so a block given up is tried once more, alone, before it counts as failed.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, as in ``tcp://10.0.0.1:8786``.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, no scheduler answers, or its workers run another version.
+    AeroflutterError
+        If the scheduler goes away in the middle.
+    """
+
+    address: str
+
+    @property
+    def workers(self) -> int:
+        """Threads of all workers at present."""
+        with _client(self.address) as client:
+            return int(sum(client.nthreads().values()))
+
+    def run(self, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]:
+        """Outcomes as they come."""
+        with _client(self.address) as client:
+            _check_versions(client)
+            suspects: list[Task] = []
+            for outcome in _round(client, study, tasks):
+                if outcome.arrays is None and outcome.failure == _KILLED:
+                    suspects.append(outcome.task)
+                else:
+                    yield outcome
+            for task in suspects:
+                yield from _round(client, study, [task])
+
+
+_KILLED = "its workers died again and again"
+
+
+def _round(client: Client, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    """Each task once, a few more at a time than there are threads."""
+    from distributed import as_completed
+
+    waiting = deque(tasks)
+    [shared] = client.scatter([study], broadcast=True, hash=False)
+    stream = as_completed(loop=client.loop)
+    at_hand: dict[Any, Task] = {}
+
+    def submit() -> None:
+        task = waiting.popleft()
+        future = client.submit(_compute, shared, task, pure=False)
+        at_hand[future.key] = task
+        stream.add(future)
+
+    for _ in range(min(len(waiting), 2 * sum(client.nthreads().values()) + 2)):
+        submit()
+    for future in stream:
+        yield _outcome(future, at_hand.pop(future.key))
+        if waiting:
+            submit()
+
+
+def _compute(study: Study, task: Task) -> tuple[Any, float, str | None]:
+    """One block on a worker, compiled before its time is taken."""
+    study.warm_up()
+    outcome = carry_out(study, task)
+    return outcome.arrays, outcome.cpu, outcome.failure
+
+
+def _outcome(future: Any, task: Task) -> Outcome:
+    from distributed import KilledWorker
+
+    if future.cancelled():
+        raise AeroflutterError("the Dask scheduler has gone")
+    error = future.exception()
+    if error is None:
+        arrays, cpu, failure = future.result()
+        return Outcome(task, arrays, cpu, failure)
+    if isinstance(error, KilledWorker):
+        return Outcome(task, None, 0.0, _KILLED)
+    return Outcome(task, None, 0.0, f"{type(error).__name__}: {error}")
+
+
+def _client(address: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "--scheduler: needs Dask; install it with `pip install aeroflutter[cluster]`"
+        ) from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what ails it is raised
+    try:
+        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"--scheduler {address}: no Dask scheduler answers ({reason})") from None
+
+
+def _check_versions(client: Client) -> None:
+    """Refuse workers whose numbers would not be those of this process."""
+    if not client.nthreads():
+        client.wait_for_workers(1, timeout=CONNECT_SECONDS)
+    here = _fingerprint()
+    for worker, there in client.run(_fingerprint).items():
+        if there != here:
+            raise InputError(f"--scheduler: worker {worker} runs another version of aeroflutter")
+
+
+def _fingerprint() -> str:
+    from aeroflutter.studies.maps.fingerprint import code_hash
+
+    return code_hash()
