@@ -14,6 +14,7 @@ afresh.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -330,7 +331,8 @@ def _met(run: _Run, i: int, guard: Guard, M, R, dense, times) -> float | None:
         falls, rises = slope(a) < 0, slope(b) > 0
         if falls and rises:  # a least value in between
             low = scipy.optimize.brentq(slope, a, b, xtol=1e-15, rtol=ROUND)
-            run.clearance = min(run.clearance, abs(value(low)) / size)
+            if ga > ROUND * size:
+                run.clearance = min(run.clearance, abs(value(low)) / size)
             if ga > 0 and value(low) < 0:
                 return scipy.optimize.brentq(value, a, low, xtol=1e-15, rtol=ROUND)
         if gb < 0:
@@ -475,8 +477,12 @@ def _any_case(rng, kinds, number) -> Case:
     """A system of 3 to 10 states, its output fed through by way of a state or at once."""
     n = int(rng.integers(3, 11))
     A = rng.normal(size=(n, n)) / np.sqrt(n)
-    A -= (np.linalg.eigvals(A).real.max() - rng.uniform(-0.3, 0.05)) * np.eye(n)
     B, C = rng.normal(size=(n, 2)) * 0.5, rng.normal(size=(2, n)) / np.sqrt(n) * 2
+    grows = [
+        np.linalg.eigvals(A - (B * np.array(slopes)) @ C).real.max()
+        for slopes in itertools.product((0.0, 1.0, 2.0), repeat=2)
+    ]
+    A -= (max(grows) - rng.uniform(-0.1, 0.3)) * np.eye(n)
     springs = [spring(rng, kind) for kind in kinds]
     system = System(A, B, C, rng.normal(size=n) * 0.2)
     return _case(f"system {number}", rng, system, springs, kinds, 25.0)
