@@ -7,16 +7,16 @@ in closed form.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from aeroflutter.kernels import kernel
 from aeroflutter.orbits.harmonic._kernel_segments import extrema, loop_segments, static_segments
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def of_static(Y: Complex, samples: int, breaks: Real, slopes: Real, offsets: Real) -> Complex:
     """First harmonics (m,) of a static law's answer to motions Y (m, H+1)."""
     out = np.empty(Y.shape[0], dtype=np.complex128)
@@ -26,7 +26,7 @@ def of_static(Y: Complex, samples: int, breaks: Real, slopes: Real, offsets: Rea
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def of_loop(Y: Complex, samples: int, friction: float, play: float) -> Complex:
     """The same of a hysteresis loop about zero on its periodic memory."""
     out = np.empty(Y.shape[0], dtype=np.complex128)
@@ -36,7 +36,7 @@ def of_loop(Y: Complex, samples: int, friction: float, play: float) -> Complex:
     return out
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _first(Y: Complex, rows: Real) -> complex:
     """(1/π) ∫ (slope·y + offset) e^(-jθ) dθ over the segments."""
     total = 0j

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 Array = NDArray[np.float64]
 
 RANK = 1e-9  # pivots below this part of the first one are a continuum of cycles
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def eliminate(J: Array, r: Array, step: Array) -> int:
     """Solve J step = r by elimination with complete pivoting; returns the rank.
 
@@ -52,7 +53,7 @@ def eliminate(J: Array, r: Array, step: Array) -> int:
     return rank
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def contraction(Q: Array, radius: float, P: Array) -> float:
     """Norm in which the linear map Q contracts: P with Qᵀ P Q <= ρ² P, for ρ between radius and 1.
 
@@ -72,7 +73,7 @@ def contraction(Q: Array, radius: float, P: Array) -> float:
     return rho
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def multipliers(jacobian: Array, memory: int) -> NDArray[np.complex128]:
     """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed."""
     n = jacobian.shape[0] - 1

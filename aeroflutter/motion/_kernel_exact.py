@@ -12,9 +12,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact_roots import (
     NEVER,
     ROWS,
@@ -86,7 +86,7 @@ class Work(NamedTuple):
     M: Array
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def workspace(n: int) -> Work:
     """Work space for n states."""
     polynomials = np.zeros((ROWS + 1 + n // SPACE, SPACE))
@@ -94,13 +94,13 @@ def workspace(n: int) -> Work:
     return Work(np.zeros((2, padded(n + 1))), polynomials, line, np.empty((1, n * (n + 1))))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def variable(value: int) -> int:
     """A literal as a variable: calls with literals are compiled apart, for minutes."""
     return int(np.int64(value))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def output(c: Array, xs: Array, row: int) -> float:
     """Y = c x of a row of states."""
     y = 0.0
@@ -109,13 +109,13 @@ def output(c: Array, xs: Array, row: int) -> float:
     return y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def clip(value: float, low: float, high: float) -> float:
     """`value` between `low` and `high`."""
     return low if value < low else (high if value > high else value)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def start(law: Law, h: float, y: float) -> tuple[int, float]:
     """Mode and memory with which a motion from y begins."""
     if law.memory:
@@ -127,7 +127,7 @@ def start(law: Law, h: float, y: float) -> tuple[int, float]:
     return mode, 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def window(law: Law, mode: int, h: float) -> tuple[int, float, float, float, int]:
     """Table, input u, lower and upper edge of y, and the direction in which y must go (or 0)."""
     if law.memory == 0:
@@ -142,7 +142,7 @@ def window(law: Law, mode: int, h: float) -> tuple[int, float, float, float, int
     return law.table[1], -v2, h_low + v2, np.inf, -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def memory_at(law: Law, mode: int, h: float, y: float) -> float:
     """Memory at y within a mode: fixed while it sticks, sliding with y on a flat."""
     if law.memory == 0:
@@ -154,7 +154,7 @@ def memory_at(law: Law, mode: int, h: float, y: float) -> float:
     return h
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def switch(law: Law, mode: int, h: float, y: float, kind: int) -> tuple[int, float]:
     """Mode and memory after `kind` ended a mode at y. An edge comes before a reversal there."""
     if law.memory == 0:
@@ -168,7 +168,7 @@ def switch(law: Law, mode: int, h: float, y: float, kind: int) -> tuple[int, flo
     return STICK, memory_at(law, mode, h, y)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def moment(law: Law, mode: int, h: float, y: float) -> float:
     """Restoring moment F at y within a mode."""
     if law.memory:
@@ -176,7 +176,7 @@ def moment(law: Law, mode: int, h: float, y: float) -> float:
     return law.slopes[mode] * y + law.offsets[mode]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def combine(lines: Array, p: int, xs: Array, now: int, line: Array) -> None:
     """The line of a step from (x, u) on table p: y in both bases, and the state at the end."""
     a, b, c, d = xs[now, 0], xs[now, 1], xs[now, 2], xs[now, 3]
@@ -192,7 +192,7 @@ def combine(lines: Array, p: int, xs: Array, now: int, line: Array) -> None:
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def round_off(noise: Array, xs: Array, now: int, size: float) -> float:
     """Bound of the round-off in y within a step: of the state alone, whatever the mode.
 
@@ -205,7 +205,7 @@ def round_off(noise: Array, xs: Array, now: int, size: float) -> float:
     return 8.0 * EPSILON * total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def event(w: Array, low: float, high: float, direction: int, tolerance: float) -> tuple[float, int]:
     """First event of a step: its place in [0, 1] (or `NEVER`) and kind.
 
@@ -240,7 +240,7 @@ def event(w: Array, low: float, high: float, direction: int, tolerance: float) -
     return at, (kind if at <= 1.0 else NONE)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def step_end(
     noise: Array,
     size: float,
@@ -282,14 +282,14 @@ def step_end(
     return min(s, 1.0), kind, turns, trend
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def clear(w: Array, low: float, high: float, direction: int) -> bool:
     """Whether the hull of y alone proves that a step has no event."""
     least, most = extent(w)
     return least >= low and most <= high and (direction == 0 or monotone(w, direction, 0.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
     """M(s), (1, size), from its power coefficients (m, w, size)."""
     s2 = s * s
@@ -307,7 +307,7 @@ def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
             )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def apply(M: Array, xs: Array, now: int, n: int) -> None:
     """The other row of `xs` ← M (x, u), for M (1, n (n+1)) flattened by rows."""
     m = n + 1
@@ -332,7 +332,7 @@ def apply(M: Array, xs: Array, now: int, n: int) -> None:
         i += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def advance(
     flow: Array, p: int, s: float, xs: Array, now: int, line: Array, M: Array, n: int
 ) -> None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_dense import contraction, eliminate, multipliers
 from aeroflutter.motion._kernel_exact import (
     DONE,
@@ -83,7 +83,7 @@ class Cycles(NamedTuple):
     radius: Array
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def no_cycles(m: int, n: int) -> Cycles:
     """Room for m cycles of a system with n states."""
     return Cycles(
@@ -101,7 +101,7 @@ def no_cycles(m: int, n: int) -> Cycles:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def keep(source: Cycles, target: Cycles, j: int) -> None:
     """Copy the first cycle of `source` to place j of `target`."""
     target.z[j] = source.z[0]
@@ -117,7 +117,7 @@ def keep(source: Cycles, target: Cycles, j: int) -> None:
     target.radius[j] = source.radius[0]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def slope_gradient(tables: Tables, law: Law, mode: int, h: float, out: Array) -> None:
     """Gradient of y' over (x, h) at a point that does not slide, (n+1,)."""
     n = tables.c.size
@@ -130,7 +130,7 @@ def slope_gradient(tables: Tables, law: Law, mode: int, h: float, out: Array) ->
         out[n] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def start_rate(tables: Tables, law: Law, z: Array, f: Array) -> tuple[int, float]:
     """Mode and memory with which a motion from z begins; f is filled with z' there."""
     n = tables.c.size
@@ -143,7 +143,7 @@ def start_rate(tables: Tables, law: Law, z: Array, f: Array) -> tuple[int, float
     return mode, held
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def close(
     tables: Tables, law: Law, z: Array, period: float, size: Array, jacobian: Array, f: Array
 ) -> tuple[bool, float]:
@@ -226,7 +226,7 @@ def close(
     return True, kept_period
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def returns(tables: Tables, law: Law, z: Array, time: float, size: Array) -> bool:
     """Whether z comes back to itself after `time`."""
     n = tables.c.size
@@ -243,7 +243,7 @@ def returns(tables: Tables, law: Law, z: Array, time: float, size: Array) -> boo
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def extremes(
     tables: Tables, law: Law, z: Array, period: float, memory: Array
 ) -> tuple[float, float, int]:
@@ -279,7 +279,7 @@ def extremes(
     return least, most, maxima + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fundamental(
     tables: Tables, law: Law, z: Array, period: float, nodes: Array, weights: Array
 ) -> float:
@@ -323,7 +323,7 @@ def fundamental(
     return 2.0 * np.hypot(real, imaginary) / period
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def section_map(
     tables: Tables, law: Law, z: Array, jacobian: Array, f: Array, size: Array, Q: Array
 ) -> None:
@@ -343,7 +343,7 @@ def section_map(
             Q[i, j] = (jacobian[i, j] - f[i] * along / across) * size[j] / size[i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def find_cycle(
     tables: Tables,
     law: Law,
@@ -412,7 +412,7 @@ def find_cycle(
     return ATTRACTS
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _apart(cycles: Cycles, j: int, points: Array, k: int, before: int) -> tuple[float, float]:
     """Distance of return k from cycle j, and from where the linear map puts return `before`."""
     z, size, P, Q = cycles.z[j], cycles.size[j], cycles.P[j], cycles.Q[j]
@@ -432,7 +432,7 @@ def _apart(cycles: Cycles, j: int, points: Array, k: int, before: int) -> tuple[
     return np.sqrt(max(far, 0.0)), np.sqrt(max(off, 0.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def offset(cycles: Cycles, j: int, point: Array) -> float:
     """Largest relative difference of a return from the point of cycle j."""
     worst = 0.0
@@ -441,7 +441,7 @@ def offset(cycles: Cycles, j: int, point: Array) -> float:
     return worst
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def attracted(cycles: Cycles, j: int, points: Array, k: int) -> bool:
     """Whether the last three returns of a motion go to cycle j as its linear map says.
 

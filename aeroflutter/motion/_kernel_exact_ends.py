@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact import (
     HUGE,
     NONE,
@@ -140,7 +140,7 @@ class History(NamedTuple):
     growing: Array
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def history(n: int, cycles: int) -> History:
     """Room for the history of n states."""
     return History(
@@ -155,7 +155,7 @@ def history(n: int, cycles: int) -> History:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def to_turn(
     problem: Problem,
     work: Work,
@@ -219,7 +219,7 @@ def to_turn(
     return UNDECIDED, NO_CYCLE, now, t, h, mode, trend
 
 
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+@kernel(inline="always")
 def note(
     problem: Problem, past: History, k: int, xs: Array, now: int, h: float, t: float, trough: float
 ) -> float:
@@ -245,7 +245,7 @@ def note(
     return span
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def search(problem: Problem, past: History, k: int, span: float, own: Cycles) -> int:
     """Try to close the motion into a cycle where it comes close to an earlier return.
 
@@ -275,7 +275,7 @@ def search(problem: Problem, past: History, k: int, span: float, own: Cycles) ->
     return NOTHING
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settling(peaks: Array, misses: Array) -> bool:
     """Whether a motion of these maxima is still on its way somewhere.
 
@@ -309,7 +309,7 @@ def settling(peaks: Array, misses: Array) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def recent(past: History, k: int, numbers: Array) -> None:
     """Size of an unsettled motion over its last loops."""
     low, high = np.inf, -np.inf
@@ -319,7 +319,7 @@ def recent(past: History, k: int, numbers: Array) -> None:
     numbers[AMPLITUDE], numbers[BIAS] = 0.5 * (high - low), 0.5 * (high + low)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def report(numbers: Array, cycles: Cycles, j: int, attractor: int) -> None:
     """Numbers of cycle j."""
     numbers[AMPLITUDE] = cycles.amplitude[j]
@@ -330,7 +330,7 @@ def report(numbers: Array, cycles: Cycles, j: int, attractor: int) -> None:
     numbers[ATTRACTOR] = attractor
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def judge(
     problem: Problem, past: History, k: int, span: float, known: Cycles, count: int, own: Cycles,
     numbers: Array,
@@ -358,7 +358,7 @@ def judge(
     return ONWARD, 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settle(
     problem: Problem, known: Cycles, count: int, own: Cycles, x: Array, h: float, numbers: Array
 ) -> tuple[int, int, float, int]:
@@ -425,7 +425,7 @@ def settle(
     return state, reason, memory_at(law, mode, h, output(c, xs, now)), mode
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settle_one(
     problem: Problem, x: Array, h: float, numbers: Array, nodes: Array, weights: Array
 ) -> tuple[int, int, float, float, Cycles]:
@@ -446,7 +446,7 @@ def settle_one(
     return state, reason, h, first, own
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settle_all(
     problem: Problem, known: Cycles, count: int, share: bool, states: Array, memories: Array,
     codes: Index, numbers: Array,

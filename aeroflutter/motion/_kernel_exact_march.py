@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact import (
     DONE,
     FULL,
@@ -41,7 +41,7 @@ TURN_COLUMNS = 3  # time, y, +1 at a maximum and -1 at a minimum
 SAMPLES, EVENTS, TURNS, TREND, ZERO_STEPS = 0, 1, 2, 3, 4  # what `memo` carries on
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def state_polynomial(table: Array, p: int, xs: Array, now: int, out: Array) -> None:
     """Power coefficients (w, n) of all states over a step from (x, u)."""
     n = out.shape[1]
@@ -54,7 +54,7 @@ def state_polynomial(table: Array, p: int, xs: Array, now: int, out: Array) -> N
             out[k, i] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def evaluate(coefficients: Array, s: float, states: Array, row: int) -> None:
     """States at a place s of the step, into a row of `states`."""
     for i in range(states.shape[1]):
@@ -64,7 +64,7 @@ def evaluate(coefficients: Array, s: float, states: Array, row: int) -> None:
             states[row, i] = states[row, i] * s + coefficients[k, i]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def march(
     tables: Tables,
     law: Law,
@@ -175,7 +175,7 @@ def march(
     return status, t, memory_at(law, mode, h, output(c, xs, now)), mode
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _start_memory(law: Law, c: Array, h0: float, h: float, dh: Array) -> None:
     """Derivative of the memory after the starting clips, over (x, h, parameter)."""
     n = c.size
@@ -188,7 +188,7 @@ def _start_memory(law: Law, c: Array, h0: float, h: float, dh: Array) -> None:
         dh[:n] = c
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _carry(M: Array, dM: Array, S: Array, du: Array, xs: Array, now: int, scratch: Array) -> None:
     """Sensitivities over a step: S ← E S + g du, and the parameter's own part from dM."""
     n, columns = S.shape
@@ -205,7 +205,7 @@ def _carry(M: Array, dM: Array, S: Array, du: Array, xs: Array, now: int, scratc
     S[:] = scratch
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def flow(
     tables: Tables,
     law: Law,
@@ -309,7 +309,7 @@ def flow(
     return status, h, mode, count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _row(c: Array, S: Array, out: Array) -> None:
     """C S, the sensitivity of y."""
     for k in range(S.shape[1]):
@@ -319,7 +319,7 @@ def _row(c: Array, S: Array, out: Array) -> None:
         out[k] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rate(tables: Tables, law: Law, x: Array, h: float, mode: int, out: Array) -> None:
     """X' at a state, (n,)."""
     n = x.size

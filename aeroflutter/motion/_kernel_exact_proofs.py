@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact import Index, Law, output, window
 from aeroflutter.motion._kernel_exact_tables import Array, Tables
 
@@ -51,7 +51,7 @@ class Proofs(NamedTuple):
     unstable: int
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def trapped(
     proofs: Proofs, p: int, h: float, low: float, high: float, xs: Array, row: int, y: float
 ) -> float:
@@ -79,7 +79,7 @@ def trapped(
     return rest if bound * MARGIN < room else np.nan
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def escaped(proofs: Proofs, xs: Array, row: int) -> bool:
     """Whether an unstable coordinate is beyond what the spring can oppose."""
     for k in range(proofs.against.size):
@@ -93,7 +93,7 @@ def escaped(proofs: Proofs, xs: Array, row: int) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def still(generator: Array, p: int, xs: Array, now: int) -> bool:
     """Whether the rate of every state is round-off of the terms that make it up."""
     n = generator.shape[1]
@@ -109,7 +109,7 @@ def still(generator: Array, p: int, xs: Array, now: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def certain(
     tables: Tables, law: Law, proofs: Proofs, xs: Array, now: int, h: float, mode: int
 ) -> tuple[int, int]:
@@ -128,7 +128,7 @@ def certain(
     return ONWARD, 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rest_of(law: Law, proofs: Proofs, c: Array, xs: Array, now: int, h: float, mode: int) -> float:
     """The y at which a damped motion comes to rest."""
     _, _, low, high, direction = window(law, mode, h)

@@ -8,8 +8,7 @@ crossing is missed, however close to grazing.
 
 from __future__ import annotations
 
-from numba import njit
-
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact_tables import DEGREE, WIDTH, Array
 
 NEVER = 2.0  # a root beyond the step
@@ -23,7 +22,7 @@ Y_POWER = Y + 1
 ROWS = Y_POWER + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def extent(w: Array) -> tuple[float, float]:
     """Smallest and largest coefficient of the y in `w`."""
     low0 = high0 = w[Y, 0]
@@ -46,7 +45,7 @@ def extent(w: Array) -> tuple[float, float]:
     return (low2 if low2 < low0 else low0), (high2 if high2 > high0 else high0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def monotone(w: Array, direction: int, tolerance: float) -> bool:
     """Whether y goes in `direction` all through the step; a fall of the tolerance is none."""
     for k in range(DEGREE):  # noqa: SIM110 - a compiled loop
@@ -55,7 +54,7 @@ def monotone(w: Array, direction: int, tolerance: float) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def heading(w: Array, tolerance: float) -> int:
     """Sign of the first change of y in a step that is more than round-off, or 0."""
     for k in range(DEGREE):
@@ -65,7 +64,7 @@ def heading(w: Array, tolerance: float) -> int:
     return 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def evaluate(w: Array, row: int, s: float) -> float:
     """A polynomial of WIDTH power coefficients, as four interleaved Horner schemes."""
     s2 = s * s
@@ -77,7 +76,7 @@ def evaluate(w: Array, row: int, s: float) -> float:
     return (p0 + s * p1) + s2 * (p2 + s * p3)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def newton(w: Array, low: float, high: float, s: float) -> float:
     """The root in (low, high) of the polynomial G, by Newton kept inside the bracket.
 
@@ -115,7 +114,7 @@ def newton(w: Array, low: float, high: float, s: float) -> float:
     return s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def split(w: Array, row: int, m: int, at: float, left: int) -> None:
     """De Casteljau at a place in [0, 1]: `row` keeps what is after it, row `left` the rest."""
     for level in range(m):
@@ -124,7 +123,7 @@ def split(w: Array, row: int, m: int, at: float, left: int) -> None:
             w[row, k] += at * (w[row, k + 1] - w[row, k])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _crossing(w: Array, row: int, m: int, tolerance: float) -> tuple[int, bool, bool]:
     """First coefficient above the tolerance (m if none), and what the others say.
 
@@ -149,7 +148,7 @@ def _crossing(w: Array, row: int, m: int, tolerance: float) -> tuple[int, bool, 
     return first, at_once, single
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _guess(w: Array, row: int, m: int, first: int) -> float:
     """Where the polynomial crosses zero, from coefficient first - 1 to `first`, in [0, 1].
 
@@ -170,7 +169,7 @@ def _guess(w: Array, row: int, m: int, first: int) -> float:
     return better if 0.0 < better < 1.0 else s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_positive(w: Array, m: int, tolerance: float, low: float, high: float) -> float:
     """First point of [low, high] at which the polynomial G becomes positive, or `NEVER`.
 
@@ -217,7 +216,7 @@ def first_positive(w: Array, m: int, tolerance: float, low: float, high: float) 
     return NEVER
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_beyond(w: Array, sign: int, edge: float, tolerance: float) -> float:
     """First place in [0, 1] at which y passes `edge` upwards (sign 1) or downwards (-1)."""
     for k in range(w.shape[1]):  # not known to the compiler, which then vectorises
@@ -227,7 +226,7 @@ def first_beyond(w: Array, sign: int, edge: float, tolerance: float) -> float:
     return first_positive(w, WIDTH, tolerance, 0.0, 1.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def first_turn(w: Array, direction: int, begin: float, tolerance: float) -> float:
     """First place in [begin, 1] at which y starts to go against `direction`, or `NEVER`."""
     for k in range(DEGREE):

@@ -19,8 +19,9 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def _bernstein_of_chebyshev(j: int, row: int) -> Fraction:
     return Fraction(total, comb(DEGREE, row))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def balance(A: Array) -> Array:
     """Powers of two d that even out rows and columns of A_ij d_j/d_i (Osborne's iteration)."""
     n = A.shape[0]
@@ -131,7 +132,7 @@ def balance(A: Array) -> Array:
     return d
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _taylor(G: Array, unit: float, terms: Array) -> None:
     """Taylor terms of [e^{At}, ∫ e^{Aσ} b] at t = `unit`, (ORDER+1, n, n+1), with G = [A, b]."""
     n = G.shape[0]
@@ -148,7 +149,7 @@ def _taylor(G: Array, unit: float, terms: Array) -> None:
                     terms[k, i, j] += factor * terms[k - 1, m, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _d_taylor(G: Array, dG: Array, unit: float, terms: Array, d_terms: Array) -> None:
     """Derivative of the Taylor terms when G changes by dG."""
     n = G.shape[0]
@@ -166,7 +167,7 @@ def _d_taylor(G: Array, dG: Array, unit: float, terms: Array, d_terms: Array) ->
                     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _sizes(terms: Array, weights: Array) -> Array:
     """Largest entry of each Taylor term in balanced coordinates, state and input apart, (K, 2)."""
     n = terms.shape[1]
@@ -179,7 +180,7 @@ def _sizes(terms: Array, weights: Array) -> Array:
     return sizes
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _fits(sizes: Array, dropped: Array, stretch: float) -> bool:
     """Whether economising and truncating stay below round-off at `stretch` units of time."""
     last = sizes.shape[0] - 1
@@ -198,7 +199,7 @@ def _fits(sizes: Array, dropped: Array, stretch: float) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def longest_step(G: Array, dropped: Array) -> float:
     """Longest step on which the economised flow of [A, b] is exact to round-off."""
     n = G.shape[0]
@@ -224,7 +225,7 @@ def longest_step(G: Array, dropped: Array) -> float:
     return 2.0**low / norm
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _economise(terms: Array, to_power: Array, out: Array) -> None:
     """Power coefficients (w, n (n+1)) of the economised series."""
     rows = terms.reshape(terms.shape[0], -1)
@@ -237,7 +238,7 @@ def _economise(terms: Array, to_power: Array, out: Array) -> None:
                     out[row, j] += factor * rows[k, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _economise_row(terms: Array, c: Array, convert: Array, out: Array, column: int) -> None:
     """Coefficients (n+1, w) of y = c x in the basis of `convert`, into `out` from a column on."""
     n = c.size
@@ -251,7 +252,7 @@ def _economise_row(terms: Array, c: Array, convert: Array, out: Array, column: i
                     out[j, column + row] += convert[row, k] * y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _sum(terms: Array, out: Array, column: int) -> None:
     """The series at s = 1, transposed, into `out` from a column on; smallest terms first."""
     n = terms.shape[1]
@@ -261,13 +262,13 @@ def _sum(terms: Array, out: Array, column: int) -> None:
                 out[j, column + i] += terms[k, i, j]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def padded(size: int) -> int:
     """The next multiple of four."""
     return (size + 3) // 4 * 4
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def build(
     A: Array,
     b: Array,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 PIECES, HYSTERESIS, CUBIC = 0, 1, 2
 
@@ -52,7 +53,7 @@ class Recurrence(NamedTuple):
     frozen: bool
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def tangent(kind: int, law: Array, memory: float, y: float) -> tuple[float, float]:
     """Slope and offset of the moment at y: F = slope y + offset near it.
 
@@ -74,7 +75,7 @@ def tangent(kind: int, law: Array, memory: float, y: float) -> tuple[float, floa
     return law[1, i], law[2, i]
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def advance(kind: int, law: Array, memory: float, y: float) -> float:
     """Memory after y has moved monotonically to its new value."""
     if kind != HYSTERESIS:
@@ -83,7 +84,7 @@ def advance(kind: int, law: Array, memory: float, y: float) -> float:
     return min(max(play, law[0, 2]), law[0, 3])
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def moment_at(kind: int, law: Array, memory: float, y: float) -> float:
     """Moment of the spring at y, whatever its branch."""
     if kind == HYSTERESIS:
@@ -92,7 +93,7 @@ def moment_at(kind: int, law: Array, memory: float, y: float) -> float:
     return slope * y + offset
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def free_displacement(step: Recurrence, i: int, k: int, Q: Array, L: Array, J: Array) -> float:
     """New displacement i from the rows k to k + 2, but for the spring; the newest come last."""
     d = len(step.c)
@@ -107,7 +108,7 @@ def free_displacement(step: Recurrence, i: int, k: int, Q: Array, L: Array, J: A
     return q
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def march(
     steps: int,
     last: int,

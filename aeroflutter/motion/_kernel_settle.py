@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 Array = NDArray[np.float64]
 
@@ -12,7 +13,7 @@ PHASES = 512  # of a cycle at which it is interpolated
 FADING = 0.75  # of a difference between loops: what noise does not explain
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def survey(
     y: Array, start: float, dt: float, floor: float, bound: float, times: Array, values: Array
 ) -> tuple[int, int, float, float]:
@@ -57,7 +58,7 @@ def survey(
     return y.size - 2, turns, low, high
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def fundamental(y: Array, period: float) -> float:
     """Amplitude of the fundamental of the last period of uniform samples.
 
@@ -92,7 +93,7 @@ def fundamental(y: Array, period: float) -> float:
     return 2.0 * abs(total) / PHASES
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def mismatch(times: Array, values: Array, loops: int, span: int) -> tuple[float, float]:
     """How far the last `span` turning points are from those `loops` oscillations before.
 
@@ -113,7 +114,7 @@ def mismatch(times: Array, values: Array, loops: int, span: int) -> tuple[float,
     return worst, spread / mean
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def block_sizes(values: Array, unit: float, loops: int, periods: int) -> tuple[Array, float]:
     """Mean peak-to-peak a period over the last three blocks of `periods`, the newest last.
 
@@ -138,7 +139,7 @@ def block_sizes(values: Array, unit: float, loops: int, periods: int) -> tuple[A
     return sizes, scatter
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def approaches_fewer(times: Array, values: Array, loops: int, span: int, ago: int) -> bool:
     """Whether a motion of `loops` oscillations is on its way to one of a divisor of them.
 
@@ -159,7 +160,7 @@ def approaches_fewer(times: Array, values: Array, loops: int, span: int, ago: in
     return False
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def repeats(
     times: Array, values: Array, most: int, recurrence: float, drift: float
 ) -> tuple[int, float]:

@@ -9,8 +9,9 @@ ODEs by means of high-order Taylor methods").
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 Array = NDArray[np.float64]
 
@@ -21,7 +22,7 @@ REACHED, FULL, OUT, STALLED = range(4)
 ON_TIME = 1e-9  # of the spacing: a sample as late as this still belongs to the step
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def march(
     A: Array,
     b: Array,
@@ -82,7 +83,7 @@ def march(
     return REACHED, time, slope, count, found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def expand(
     A: Array,
     b: Array,
@@ -111,7 +112,7 @@ def expand(
     Y[ORDER] = np.sum(c * X[ORDER])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def reach(X: Array) -> float:
     """Step: the radius of convergence by the last two coefficients, over e² (Jorba & Zou, §3.2)."""
     size = np.max(np.abs(X[0]))
@@ -123,7 +124,7 @@ def reach(X: Array) -> float:
     return float(radius / np.exp(2.0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def evaluate(X: Array, s: float, x: Array) -> None:
     """State at a time s after the expansion, into x."""
     for i in range(x.size):
@@ -133,7 +134,7 @@ def evaluate(X: Array, s: float, x: Array) -> None:
         x[i] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def value(Y: Array, s: float) -> float:
     """y at a time s."""
     total = Y[ORDER]
@@ -142,7 +143,7 @@ def value(Y: Array, s: float) -> float:
     return float(total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def rate(Y: Array, s: float) -> float:
     """y' at a time s."""
     total = ORDER * Y[ORDER]
@@ -151,7 +152,7 @@ def rate(Y: Array, s: float) -> float:
     return float(total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def bend(Y: Array, s: float) -> float:
     """y'' at a time s."""
     total = ORDER * (ORDER - 1) * Y[ORDER]
@@ -160,7 +161,7 @@ def bend(Y: Array, s: float) -> float:
     return float(total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def turning(Y: Array, step: float, slope: float, spots: Array) -> tuple[int, float]:
     """Times of the turning points in a step, and y' at its end.
 
@@ -189,7 +190,7 @@ def turning(Y: Array, step: float, slope: float, spots: Array) -> tuple[int, flo
     return found, slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def root(Y: Array, low: float, high: float, above: float, second: bool) -> float:
     """Where y', or y'', changes sign between two times, by bisection; `above` is it at the later."""
     while True:

@@ -9,8 +9,8 @@ pitch, h = y - V, with δh = c δx because y' = 0 there. On a flat h follows y a
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact import (
     HUGE,
     NONE,
@@ -36,7 +36,7 @@ from aeroflutter.motion._kernel_exact_tables import DEGREE, Array, Tables
 DONE, OVERFLOW, STUCK, QUIET = 0, 1, 2, 3  # QUIET: no maximum of y within PATIENCE steps
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def carry(M: Array, tangents: Array, du: Array, scratch: Array) -> None:
     """Tangents of the states, the first n rows, over a step: δx ← E δx + g δu."""
     n = tangents.shape[0] - 1
@@ -50,7 +50,7 @@ def carry(M: Array, tangents: Array, du: Array, scratch: Array) -> None:
     tangents[:n] = scratch
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def follow_y(c: Array, tangents: Array) -> None:
     """Tangent of a memory that moves with y: δh = c δx, the last row."""
     n = c.size
@@ -61,7 +61,7 @@ def follow_y(c: Array, tangents: Array) -> None:
         tangents[n, k] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
     """Gram-Schmidt, done twice, in units of `unit`; adds the logarithms of the norms to `logs`.
 
@@ -92,7 +92,7 @@ def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
             tangents[i, k] /= norm
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def returns(
     tables: Tables,
     law: Law,

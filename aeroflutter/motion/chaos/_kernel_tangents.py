@@ -7,9 +7,9 @@ as those of the motion do, and its series converge as far.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_taylor import (
     FULL,
     MOST_TURNS,
@@ -25,7 +25,7 @@ from aeroflutter.motion._kernel_taylor import (
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def march(
     A: Array,
     b: Array,
@@ -83,7 +83,7 @@ def march(
     return REACHED, time, slope, found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def expand_tangents(
     A: Array,
     b: Array,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 Complex = NDArray[np.complex128]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def determinants(matrices: Complex) -> Complex:
     """Determinants of matrices (m, n, n), by elimination with partial pivoting; they are spent."""
     m, n = matrices.shape[:2]

@@ -9,8 +9,9 @@ where the memory inside the offset was made (the extremum on a flat), NaN if it 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -19,7 +20,7 @@ _TURNS = 60  # bisections, if Newton's method never helps
 _SMALL = 1e-11  # Newton step after which a root is exact
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def value(Y: Complex, theta: float) -> tuple[float, float, float]:
     """y, y' and y'' at θ, by Horner's rule for a polynomial and its two derivatives."""
     z = complex(np.cos(theta), np.sin(theta))
@@ -31,7 +32,7 @@ def value(Y: Complex, theta: float) -> tuple[float, float, float]:
     return p.real, -d.imag, -e.real
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _level(Y: Complex, low: float, high: float, level: float, order: int, rising: bool) -> float:
     """Where the derivative of this order (0 or 1) rises or falls to `level` between two angles."""
     x = 0.5 * (low + high)
@@ -52,7 +53,7 @@ def _level(Y: Complex, low: float, high: float, level: float, order: int, rising
     return x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def extrema(Y: Complex, samples: int) -> Real:
     """Ascending angles in [0, 2π] at which y' changes sign."""
     H = Y.size - 1
@@ -76,7 +77,7 @@ def extrema(Y: Complex, samples: int) -> Real:
     return found[:count]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets: Real) -> Real:
     """Segments of a static law: rows (start, end, slope, offset, held, margin, extremum).
 
@@ -110,7 +111,7 @@ def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets
     return out[:count]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, high: float) -> Real:
     """Segments of the hysteresis loop on its periodic memory; rows as for a static law.
 
@@ -153,7 +154,7 @@ def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, hig
     return out[:count]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def series(start: Real, end: Real, weight: Real, count: int) -> Complex:
     """Fourier coefficients 0 … count-1 of Σ weight over [start, end]: (1/2π) ∫ w e^(-jnθ) dθ."""
     out = np.zeros(count, dtype=np.complex128)

@@ -17,8 +17,8 @@ unstable outer pieces) goes to `timemarch._kernel_exact_ends.settle` from where 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact import (
     HIGH,
     HUGE,
@@ -82,7 +82,7 @@ UNKNOWN = 4  # settled returns in a row before a cycle is sought beside the know
 PATIENCE = 24  # returns near a known cycle that do not go to it
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def follow(
     lines: Array, flows: Array, steps: Array, noise: Array,
     generator: Array, c: Array, memory: int, edges: Array, table: Index, offsets: Array,
@@ -271,7 +271,7 @@ def follow(
     return OPEN, -1, now, h, t, 0.0, k
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def decide_column(
     problem: Problem, states: Array, memories: Array, codes: Index, numbers: Array
 ) -> tuple[int, int]:

@@ -7,15 +7,15 @@ neither strictly stable nor well conditioned, the general ones are asked.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact_tables import Array
 
 SMALL = 1e-11  # eigenvalues to the left of this part of the largest count as stable
 BASIS = 1e8  # Frobenius condition of the eigenvectors up to which they are trusted
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def modal(
     A: Array, b: Array, c: Array, rows: Array, heads: Array, centre: Array, rest: Array
 ) -> bool:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_exact import Index
 from aeroflutter.motion._kernel_exact_tables import Array
 
@@ -42,7 +42,7 @@ class Paths(NamedTuple):
     cycle: Index
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def no_paths(n: int) -> Paths:
     """Room for the paths of a column; the last is that of the cell at hand."""
     return Paths(
@@ -55,7 +55,7 @@ def no_paths(n: int) -> Paths:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def settled(points: Array, rates: Array, q: int, k: int) -> bool:
     """Whether return k of path q is so near a cycle that Newton will find it."""
     n = points.shape[2]
@@ -80,7 +80,7 @@ def settled(points: Array, rates: Array, q: int, k: int) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def segment(rates: Array, length: int, q: int, rate: float, hint: int) -> int:
     """The segment of path q on which y' passes `rate`, from `hint` on; -1 if there is none."""
     for k in range(max(hint, 0), length - 1):
@@ -90,7 +90,7 @@ def segment(rates: Array, length: int, q: int, rate: float, hint: int) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def beside(
     points: Array, rates: Array, sizes: Array, q: int, k: int, point: Array, row: int, rate: float
 ) -> tuple[float, float]:
@@ -108,7 +108,7 @@ def beside(
     return far, long
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def aligned(paths: Paths, q: int, k: int) -> bool:
     """Whether segment k of path q and the two after it follow each other smoothly."""
     points, rates, sizes = paths.points, paths.rates, paths.sizes
@@ -128,7 +128,7 @@ def aligned(paths: Paths, q: int, k: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def survey(paths: Paths, q: int) -> None:
     """Sizes of the states on path q, and the segments at which it may be joined.
 
@@ -154,7 +154,7 @@ def survey(paths: Paths, q: int) -> None:
             smooth[q, k] = 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def remember(paths: Paths, q: int, length: int, cycle: int) -> None:
     """Make the path of the cell at hand path q."""
     last = paths.length.size - 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from aeroflutter.kernels import kernel
 from aeroflutter.motion._kernel_dense import contraction
 from aeroflutter.motion._kernel_exact import HIGH, RISING, STICK, Index, Law, variable
 from aeroflutter.motion._kernel_exact_cycle import Cycles
@@ -46,7 +46,7 @@ class Targets(NamedTuple):
     lag: Index
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def no_targets(n: int) -> Targets:
     """Room for the cycles of a column."""
     return Targets(
@@ -59,7 +59,7 @@ def no_targets(n: int) -> Targets:
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def aim(tables: Tables, law: Law, known: Cycles, j: int, targets: Targets) -> None:
     """Enter known cycle j among the targets, if it returns to the section."""
     n = tables.c.size
@@ -100,7 +100,7 @@ def aim(tables: Tables, law: Law, known: Cycles, j: int, targets: Targets) -> No
     targets.lag[j] = lag
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def caught(
     at: Array, size: Array, Q: Array, P: Array, rho: Array, j: int, points: Array, row: int,
     k: int, lag: int, work: Array,
