@@ -52,26 +52,32 @@ class Load:
 
 @dataclass(frozen=True)
 class Configuration:
-    """Energies in terms of ``coordinates``; ``nonlinear`` counts the one with the free spring.
+    """Energies in terms of ``coordinates``, each of which has a spring of its own.
 
-    The potential energy leaves out the nonlinear spring: its moment is ``spring`` times F of the
-    nonlinear coordinate. Every equation is divided by its ``scale``. ``groups`` turns the
-    dimensional quantities into the nondimensional ``parameters``, given with what they mean.
-    ``pairings`` are integrals between parts of the chord that only a reference can give (see
-    ``thin_airfoil.pairing``).
+    ``stiffness`` holds the nominal stiffness of every spring. A spring of another law gives the
+    moment ``stiffness`` times F of its coordinate, so that F is the coordinate itself where it is
+    linear; ``nonlinear`` counts the coordinate whose spring is nonlinear where nothing else is
+    said. Every equation is divided by its ``scale``. ``groups`` turns the dimensional quantities
+    into the nondimensional ``parameters``, given with what they mean. ``pairings`` are integrals
+    between parts of the chord that only a reference can give (see ``thin_airfoil.pairing``).
     """
 
     name: str
     coordinates: tuple[Coordinate, ...]
     kinetic: sp.Expr
-    potential: sp.Expr
+    stiffness: tuple[sp.Expr, ...]
     dissipation: sp.Expr
     nonlinear: int
-    spring: sp.Expr
     parameters: dict[sp.Symbol, str]
     groups: dict[sp.Symbol, sp.Expr]
     loads: tuple[Load, ...] = ()
     pairings: Pairings = field(default_factory=dict)
+
+    @property
+    def potential(self) -> sp.Expr:
+        """Potential energy with every spring linear."""
+        springs = zip(self.stiffness, self.coordinates, strict=True)
+        return sum((k * item.displacement**2 / 2 for k, item in springs), sp.Integer(0))
 
 
 _MASS = s.MU * sp.pi * s.DENSITY * s.SEMICHORD**2
@@ -103,10 +109,9 @@ TYPICAL_SECTION = Configuration(
     kinetic=s.MASS * _h.diff() ** 2 / 2
     + s.STATIC_MOMENT * _h.diff() * _alpha.diff()
     + s.INERTIA * _alpha.diff() ** 2 / 2,
-    potential=s.K_H * _h**2 / 2,
+    stiffness=(s.K_H, s.K_ALPHA),
     dissipation=s.C_H * _h.diff() ** 2 / 2 + s.C_ALPHA * _alpha.diff() ** 2 / 2,
     nonlinear=1,
-    spring=s.K_ALPHA,
     parameters={
         s.MU: "Mass ratio m / (pi rho b^2).",
         s.A_H: "Elastic axis behind midchord, in semichords.",

@@ -1,12 +1,14 @@
 """From energies and pressures to the nondimensional second-order equations.
 
-    M q'' + (C0 + C1/U) q' + (K0 + K2/U^2) q + g W + e F/U^2 = 0,   w = w_q q + w_v q'
+    M q'' + (C0 + C1/U) q' + K0 q + g W + S F/U^2 = 0,   w = w_q q + w_v q'
 
-W is w filtered by Wagner's function, F the moment of the spring under study and e its row.
+W is w filtered by Wagner's function. F holds the moment of every coordinate's spring over its
+nominal stiffness, the coordinate itself where the spring is linear.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -25,11 +27,10 @@ class SecondOrder:
     C0: sp.Matrix
     C1: sp.Matrix
     K0: sp.Matrix
-    K2: sp.Matrix
+    S: sp.Matrix
     g: sp.Matrix
     w_q: sp.Matrix
     w_v: sp.Matrix
-    e: sp.Matrix
 
     @property
     def M(self) -> sp.Matrix:
@@ -41,15 +42,23 @@ class SecondOrder:
         """Number of degrees of freedom."""
         return int(self.structural_mass.rows)
 
+    def linear_springs(self, free: Sequence[int]) -> sp.Matrix:
+        """S of the springs that are linear: all but those of the coordinates ``free``."""
+        return self.S * sp.diag(*(int(i not in free) for i in range(self.n)))
+
 
 @dataclass(frozen=True)
 class Structure:
-    """Nondimensional structural matrices and spring column, before the air is added."""
+    """Nondimensional structural matrices, before the air is added.
+
+    ``stiffness`` is that of linear springs, out of the potential energy; ``springs`` what the
+    moment of every spring, over its nominal stiffness, adds to the equations.
+    """
 
     mass: sp.Matrix
     damping: sp.Matrix
     stiffness: sp.Matrix
-    spring: sp.Matrix
+    springs: sp.Matrix
 
 
 def lagrange(configuration: Configuration) -> list[sp.Expr]:
@@ -81,11 +90,11 @@ def structure(configuration: Configuration) -> Structure:
 
         return sp.Matrix(n, n, entry)
 
-    free = coordinates[configuration.nonlinear]
-    moment = configuration.spring * free.length**2 / free.scale
-    column = sp.zeros(n, 1)
-    column[configuration.nonlinear] = sp.simplify(moment.subs(configuration.groups))
-    return Structure(matrix(2), matrix(1), matrix(0), column)
+    moments = [
+        sp.simplify((stiffness * item.length**2 / item.scale).subs(configuration.groups))
+        for stiffness, item in zip(configuration.stiffness, coordinates, strict=True)
+    ]
+    return Structure(matrix(2), matrix(1), matrix(0), sp.diag(*moments))
 
 
 def second_order(configuration: Configuration) -> SecondOrder:
@@ -101,11 +110,10 @@ def second_order(configuration: Configuration) -> SecondOrder:
         C0=_tidy(rows * air.damping),
         C1=_tidy(s.SPEED * solid.damping),
         K0=_tidy(rows * air.stiffness),
-        K2=_tidy(s.SPEED**2 * solid.stiffness),
+        S=_tidy(s.SPEED**2 * solid.springs),
         g=_tidy(rows * air.lag),
         w_q=air.w_q,
         w_v=air.w_v,
-        e=_tidy(s.SPEED**2 * solid.spring),
     )
 
 

@@ -61,10 +61,9 @@ SECTION_WITH_FLAP: Configuration = replace(
     + _S_BETA * _h.diff() * _beta.diff()
     + (_I_BETA + s.SEMICHORD * (C_HINGE - s.A_H) * _S_BETA) * _alpha.diff() * _beta.diff()
     + _I_BETA * _beta.diff() ** 2 / 2,
-    potential=TYPICAL_SECTION.potential + s.K_ALPHA * _alpha**2 / 2,
+    stiffness=(*TYPICAL_SECTION.stiffness, _K_BETA),
     dissipation=TYPICAL_SECTION.dissipation + _C_BETA * _beta.diff() ** 2 / 2,
     nonlinear=2,
-    spring=_K_BETA,
     parameters={
         **TYPICAL_SECTION.parameters,
         C_HINGE: "Flap hinge behind midchord, in semichords.",

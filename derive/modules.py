@@ -49,8 +49,6 @@ def _arguments(configuration: Configuration, *matrices: sp.Matrix) -> list[str]:
 def _common(configuration: Configuration, equations: SecondOrder) -> dict[str, object]:
     names = [coordinate.name for coordinate in configuration.coordinates]
     nonlinear = configuration.nonlinear
-    spring = sp.zeros(equations.n, equations.n)
-    spring[:, nonlinear] = equations.e
     return {
         "name": configuration.name,
         "q": names,
@@ -62,8 +60,6 @@ def _common(configuration: Configuration, equations: SecondOrder) -> dict[str, o
         "parameter_docs": {str(key): text for key, text in configuration.parameters.items()},
         "eq": equations,
         "inverse": _inverse(equations),
-        "spring": spring,
-        "push": equations.e[nonlinear],
         "poly": characteristic_parts(equations, nonlinear),
     }
 
@@ -82,7 +78,7 @@ def section_module(configuration: Configuration, equations: SecondOrder) -> str:
             structural_mass=arguments(equations.structural_mass),
             apparent_mass=arguments(equations.apparent_mass),
             mass=arguments(equations.M),
-            stiffness=arguments(equations.K2),
+            springs=arguments(equations.S),
             air_stiffness=arguments(equations.K0),
             circulatory=arguments(equations.g, equations.w_q, equations.w_v),
         ),

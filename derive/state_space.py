@@ -10,6 +10,7 @@ circulatory part of B(p) is the product of one column and one row, so det B is l
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -37,10 +38,15 @@ def deficiency(p: sp.Expr, a: list[sp.Symbol], b: list[sp.Symbol]) -> sp.Expr:
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """x' = A x - b F, x = (q, q', z), with A and b at one speed."""
+    """x' = A x - B F(C x), x = (q, q', z), at one speed; one column of B and row of C a spring."""
 
     A: sp.Matrix
-    b: sp.Matrix
+    B: sp.Matrix
+    C: sp.Matrix
+
+    def closed(self, slopes: Sequence[sp.Expr]) -> sp.Matrix:
+        """A - B diag(slopes) C: every free spring replaced by a linear one."""
+        return self.A - self.B * sp.diag(*slopes) * self.C
 
 
 def mass_inverse(mass: sp.Matrix) -> tuple[sp.Expr, sp.Matrix]:
@@ -49,14 +55,18 @@ def mass_inverse(mass: sp.Matrix) -> tuple[sp.Expr, sp.Matrix]:
 
 
 def first_order(
-    equations: SecondOrder, a: list[sp.Symbol], b: list[sp.Symbol], speed: sp.Expr = s.SPEED
+    equations: SecondOrder,
+    a: list[sp.Symbol],
+    b: list[sp.Symbol],
+    speed: sp.Expr = s.SPEED,
+    free: Sequence[int] = (1,),
 ) -> FirstOrder:
-    """State matrices of the section with any number of lag states."""
+    """State matrices with any number of lag states and the springs of ``free`` outside of A."""
     n, lags = equations.n, len(a)
     determinant, adjugate = mass_inverse(equations.M)
     inverse = adjugate / determinant
     damping = equations.C0 + equations.C1 / speed
-    stiffness = equations.K0 + equations.K2 / speed**2
+    stiffness = equations.K0 + equations.linear_springs(free) / speed**2
     direct = 1 - sum(a, sp.Integer(0))
     matrix = sp.zeros(2 * n + lags, 2 * n + lags)
     matrix[:n, n : 2 * n] = sp.eye(n)
@@ -67,9 +77,16 @@ def first_order(
         matrix[2 * n + i, :n] = equations.w_q
         matrix[2 * n + i, n : 2 * n] = equations.w_v
         matrix[2 * n + i, 2 * n + i] = -b[i]
-    column = sp.zeros(2 * n + lags, 1)
-    column[n : 2 * n, 0] = inverse * equations.e / speed**2
-    return FirstOrder(matrix, column)
+    columns = sp.zeros(2 * n + lags, len(free))
+    columns[n : 2 * n, :] = inverse * equations.S[:, list(free)] / speed**2
+    rows = sp.eye(2 * n + lags)[list(free), :]
+    return FirstOrder(matrix, columns, rows)
+
+
+def closed_springs(equations: SecondOrder, nonlinear: int, stiffness: sp.Expr) -> sp.Matrix:
+    """S with the spring of one coordinate of stiffness N and the others linear."""
+    slopes = [stiffness if i == nonlinear else sp.Integer(1) for i in range(equations.n)]
+    return equations.S * sp.diag(*slopes)
 
 
 def impedance(
@@ -80,14 +97,11 @@ def impedance(
     nonlinear: int = 1,
 ) -> sp.Matrix:
     """B(p) for F = N q_nonlinear, with Phi left as a symbol unless it is given."""
-    spring = sp.zeros(equations.n, equations.n)
-    spring[:, nonlinear] = equations.e * stiffness / speed**2
     return (
         equations.M * s.P**2
         + (equations.C0 + equations.C1 / speed) * s.P
         + equations.K0
-        + equations.K2 / speed**2
-        + spring
+        + closed_springs(equations, nonlinear, stiffness) / speed**2
         + phi * equations.g * (equations.w_q + s.P * equations.w_v)
     )
 
@@ -118,11 +132,10 @@ def characteristic_parts(equations: SecondOrder, nonlinear: int = 1) -> Characte
 
         return sp.Matrix(*matrix.shape, entry)
 
-    spring = sp.zeros(n, n)
-    spring[:, nonlinear] = equations.e * s.STIFFNESS / s.SPEED**2
+    springs = closed_springs(equations, nonlinear, s.STIFFNESS)
     M = named("m", equations.M)
     C = named("c", equations.C0 + equations.C1 / s.SPEED)
-    K = named("k", equations.K0 + equations.K2 / s.SPEED**2 + spring)
+    K = named("k", equations.K0 + springs / s.SPEED**2)
     g = named("g", equations.g)
     row = named("w_q", equations.w_q) + s.P * named("w_v", equations.w_v)
     plain = M * s.P**2 + C * s.P + K

@@ -3,10 +3,11 @@
 
 Lift follows pitch at once, C_L = 2 pi alpha and C_M = (1/2 + a_h) C_L/2. With q = (xi, alpha),
 
-    M q'' + C1/U q' + (K0 + K2/U^2) q + e F/U^2 = 0
+    M q'' + C1/U q' + K0 q + S F/U^2 = 0
 
 Rows are the heave equation, the pitch equation.
-F is the moment of the nonlinear spring over its own stiffness, e is nonzero in its row only.
+F holds the moment of every spring over its nominal stiffness: the coordinate itself where the
+spring is linear.
 The state is x = (xi, alpha, xi', alpha'). Equation numbers are those of the thesis;
 docs/derivation.md derives them. The parameters are
 
@@ -107,28 +108,55 @@ def damping_terms(omega_bar: float, zeta_alpha: float, zeta_xi: float) -> Array:
     return C1
 
 
-def stiffness_terms(mu: float, a_h: float, r_alpha: float, omega_bar: float) -> tuple[Array, Array]:
-    """Stiffness of the air and of every spring but the pitch spring, K = K0 + K2/U^2.
+def spring_terms(omega_bar: float) -> Array:
+    """Springs, S F/U^2: what the moment of each adds to the equations (equation 3.9).
+
+    Parameters
+    ----------
+    omega_bar : float
+        Parameters of the section, listed at the head of this module.
+
+    Returns
+    -------
+    ndarray, shape (2, 2)
+        Rows are equations, columns springs in the order of the coordinates.
+    """
+    # inputs: omega_bar
+    # outputs: equation 3.9
+    S = np.zeros((2, 2))
+    S[0, 0] = omega_bar**2
+    S[1, 1] = 1.0
+    return S
+
+
+def stiffness_terms(
+    mu: float, a_h: float, r_alpha: float, omega_bar: float, springs: ArrayLike = NONLINEAR
+) -> tuple[Array, Array]:
+    """Stiffness of the air and of the springs that are linear, K = K0 + K2/U^2.
 
     Parameters
     ----------
     mu, a_h, r_alpha, omega_bar : float
         Parameters of the section, listed at the head of this module.
+    springs : int or array_like of int, shape (m,)
+        Coordinates, by number, whose springs stand outside of A; the others are linear.
 
     Returns
     -------
     K0, K2 : ndarray, shape (2, 2)
-        K0 of the air (equations 3.13-3.17), K2 of the structure (3.9).
+        K0 of the air (equations 3.13-3.17), K2 is S without the columns of the springs that stand
+        outside.
     """
-    # inputs: mu, a_h, r_alpha, omega_bar
+    # inputs: mu, a_h, r_alpha, omega_bar, springs
+    K2 = spring_terms(omega_bar)
+
     # outputs: equations 3.13-3.17
     K0 = np.zeros((2, 2))
     K0[0, 1] = 2.0 / mu
     K0[1, 1] = (-2.0 * a_h - 1.0) / (mu * r_alpha**2)
 
-    # outputs: equation 3.9
-    K2 = np.zeros((2, 2))
-    K2[0, 0] = omega_bar**2
+    # outputs: linear springs
+    K2[:, np.asarray(springs, dtype=int)] = 0.0
     return K0, K2
 
 
@@ -140,27 +168,31 @@ def state_terms(
     omega_bar: float,
     zeta_alpha: float,
     zeta_xi: float,
+    springs: ArrayLike = NONLINEAR,
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """First-order form x' = A x - b F(c x).
+    """First-order form x' = A x - B F(C x).
 
     Parameters
     ----------
     mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
         Parameters of the section, listed at the head of this module.
+    springs : int or array_like of int, shape (m,)
+        Coordinates, by number, whose springs stand outside of A; the others are linear.
 
     Returns
     -------
     A0, A1, A2 : ndarray, shape (4, 4)
         A(U) = A0 + A1/U + A2/U^2.
-    b2 : ndarray, shape (4,)
-        b(U) = b2/U^2.
-    c : ndarray, shape (4,)
-        Row that picks the coordinate of the nonlinear spring.
+    B2 : ndarray, shape (4, m)
+        B(U) = B2/U^2, a column a spring; a vector for one spring given by a plain number.
+    C : ndarray, shape (m, 4)
+        Rows that pick the coordinates of the springs; a vector likewise.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi
+    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, springs
     inverse = mass_inverse(x_alpha, r_alpha)
     C1 = damping_terms(omega_bar, zeta_alpha, zeta_xi)
-    K0, K2 = stiffness_terms(mu, a_h, r_alpha, omega_bar)
+    K0, K2 = stiffness_terms(mu, a_h, r_alpha, omega_bar, springs)
+    push = (inverse @ spring_terms(omega_bar))[:, np.asarray(springs, dtype=int)]
 
     # outputs: equation 3.9
     q, v = slice(0, 2), slice(2, 4)
@@ -171,11 +203,10 @@ def state_terms(
     A1[v, v] = -inverse @ C1
     A2 = np.zeros_like(A0)
     A2[v, q] = -inverse @ K2
-    b2 = np.zeros(len(A0))
-    b2[v] = inverse[:, NONLINEAR]
-    c = np.zeros(len(A0))
-    c[NONLINEAR] = 1.0
-    return A0, A1, A2, b2, c
+    B2 = np.zeros((len(A0), *push.shape[1:]))
+    B2[v] = push
+    C = np.eye(len(A0))[np.asarray(springs, dtype=int)]
+    return A0, A1, A2, B2, C
 
 
 def impedance(
@@ -199,7 +230,7 @@ def impedance(
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
-        Pitch stiffness N, real or complex; an array broadcasts.
+        Stiffness N of the nonlinear spring, real or complex; an array broadcasts.
     p : array_like
         Laplace variable on nondimensional time; an array broadcasts.
 
@@ -211,16 +242,15 @@ def impedance(
     # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi
     mass = mass_matrix(x_alpha, r_alpha)
     C1 = damping_terms(omega_bar, zeta_alpha, zeta_xi)
-    K0, K2 = stiffness_terms(mu, a_h, r_alpha, omega_bar)
+    K0, _ = stiffness_terms(mu, a_h, r_alpha, omega_bar)
     U, N, s = np.broadcast_arrays(speed, stiffness, np.asarray(p, dtype=complex))
     U, N, s = U[..., None, None], N[..., None, None], s[..., None, None]
 
-    # intermediate terms: spring
-    spring = np.zeros((2, 2))
-    spring[1, 1] = 1.0
+    # intermediate terms: springs, one of them of stiffness N
+    springs = spring_terms(omega_bar) * np.where(np.arange(2) == NONLINEAR, N, 1.0)
 
     # outputs: equations 3.18-3.19
-    return np.asarray(s**2 * mass + s * C1 / U + K0 + (K2 + N * spring) / U**2)
+    return np.asarray(s**2 * mass + s * C1 / U + K0 + springs / U**2)
 
 
 def characteristic_coefficients(
@@ -243,7 +273,7 @@ def characteristic_coefficients(
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
-        Pitch stiffness N, real or complex; an array broadcasts.
+        Stiffness N of the nonlinear spring, real or complex; an array broadcasts.
 
     Returns
     -------
@@ -285,7 +315,7 @@ def discriminant_coefficients(
     mu, a_h, x_alpha, r_alpha, omega_bar : float
         Parameters of the section, listed at the head of this module.
     stiffness : array_like
-        Pitch stiffness N, real or complex; an array broadcasts.
+        Stiffness N of the nonlinear spring, real or complex; an array broadcasts.
 
     Returns
     -------
@@ -321,7 +351,7 @@ def flutter_speed(
     mu, x_alpha, r_alpha, omega_bar : float
         Parameters of the section, listed at the head of this module.
     stiffness : array_like
-        Pitch stiffness N, real or complex; an array broadcasts.
+        Stiffness N of the nonlinear spring, real or complex; an array broadcasts.
 
     Returns
     -------

@@ -3,11 +3,12 @@
 
 Nondimensional time is tau = V t / b and a prime is d/dtau. With q = (xi, alpha),
 
-    M q'' + (C0 + C1/U) q' + K2/U^2 q + g W + e F/U^2 = 0,   w = w_q q + w_v q'
+    M q'' + (C0 + C1/U) q' + g W + S F/U^2 = 0,   w = w_q q + w_v q'
     W = (1 - sum a_i) w + sum a_i b_i z_i,   z_i' = -b_i z_i + w,   z_i(0) = 0
 
 Rows are the heave equation, the pitch equation.
-F is the moment of the nonlinear spring over its own stiffness, e is nonzero in its row only.
+F holds the moment of every spring over its nominal stiffness: the coordinate itself where the
+spring is linear.
 The state is x = (xi, alpha, xi', alpha', z_1, ..., z_n).
 Equation numbers are those of the thesis; docs/derivation.md derives them. The parameters are
 
@@ -165,8 +166,8 @@ def damping_terms(
     return C0, C1
 
 
-def stiffness_terms(omega_bar: float) -> Array:
-    """Stiffness of every spring but the nonlinear one, K2/U^2 (equation 3.9).
+def spring_terms(omega_bar: float) -> Array:
+    """Springs, S F/U^2: what the moment of each adds to the equations (equation 3.9).
 
     Parameters
     ----------
@@ -176,12 +177,36 @@ def stiffness_terms(omega_bar: float) -> Array:
     Returns
     -------
     ndarray, shape (2, 2)
-        The nonlinear spring is not in it: its moment enters its own equation as e F/U^2.
+        Rows are equations, columns springs in the order of the coordinates.
     """
     # inputs: omega_bar
     # outputs: equation 3.9
-    K2 = np.zeros((2, 2))
-    K2[0, 0] = omega_bar**2
+    S = np.zeros((2, 2))
+    S[0, 0] = omega_bar**2
+    S[1, 1] = 1.0
+    return S
+
+
+def stiffness_terms(omega_bar: float, springs: ArrayLike = NONLINEAR) -> Array:
+    """Stiffness of the springs that are linear, K2/U^2.
+
+    Parameters
+    ----------
+    omega_bar : float
+        Parameters of the section, listed at the head of this module.
+    springs : int or array_like of int, shape (m,)
+        Coordinates, by number, whose springs stand outside of A; the others are linear.
+
+    Returns
+    -------
+    ndarray, shape (2, 2)
+        S without the columns of the springs that stand outside.
+    """
+    # inputs: omega_bar, springs
+    K2 = spring_terms(omega_bar)
+
+    # outputs: linear springs
+    K2[:, np.asarray(springs, dtype=int)] = 0.0
     return K2
 
 
@@ -225,8 +250,9 @@ def state_terms(
     zeta_xi: float,
     a: ArrayLike,
     b: ArrayLike,
+    springs: ArrayLike = NONLINEAR,
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """First-order form x' = A x - b F(c x) with any number of lag states.
+    """First-order form x' = A x - B F(C x) with any number of lag states.
 
     Parameters
     ----------
@@ -234,26 +260,29 @@ def state_terms(
         Parameters of the section, listed at the head of this module.
     a, b : array_like, shape (n,)
         Indicial function 1 - sum a_i exp(-b_i tau).
+    springs : int or array_like of int, shape (m,)
+        Coordinates, by number, whose springs stand outside of A; the others are linear.
 
     Returns
     -------
     A0, A1, A2 : ndarray, shape (4 + n, 4 + n)
         A(U) = A0 + A1/U + A2/U^2.
-    b2 : ndarray, shape (4 + n,)
-        b(U) = b2/U^2.
-    c : ndarray, shape (4 + n,)
-        Row that picks the coordinate of the nonlinear spring.
+    B2 : ndarray, shape (4 + n, m)
+        B(U) = B2/U^2, a column a spring; a vector for one spring given by a plain number.
+    C : ndarray, shape (m, 4 + n)
+        Rows that pick the coordinates of the springs; a vector likewise.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, a, b
+    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, a, b, springs
     a, b = np.asarray(a, dtype=float).ravel(), np.asarray(b, dtype=float).ravel()
     C0, C1 = damping_terms(mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi)
-    K2 = stiffness_terms(omega_bar)
+    K2 = stiffness_terms(omega_bar, springs)
     g, w_q, w_v = circulatory(mu, a_h, r_alpha)
 
     # intermediate terms
     inverse = mass_inverse(mu, a_h, x_alpha, r_alpha)
     lift = inverse @ g
     direct = 1.0 - a.sum()
+    push = (inverse @ spring_terms(omega_bar))[:, np.asarray(springs, dtype=int)]
     q, v, z = slice(0, 2), slice(2, 4), slice(4, 4 + a.size)
 
     # outputs: equation 3.9 with lag states
@@ -269,11 +298,10 @@ def state_terms(
     A1[v, v] = -inverse @ C1
     A2 = np.zeros_like(A0)
     A2[v, q] = -inverse @ K2
-    b2 = np.zeros(len(A0))
-    b2[v] = inverse[:, NONLINEAR]
-    c = np.zeros(len(A0))
-    c[NONLINEAR] = 1.0
-    return A0, A1, A2, b2, c
+    B2 = np.zeros((len(A0), *push.shape[1:]))
+    B2[v] = push
+    C = np.eye(len(A0))[np.asarray(springs, dtype=int)]
+    return A0, A1, A2, B2, C
 
 
 def impedance(
@@ -301,7 +329,7 @@ def impedance(
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
-        Pitch stiffness N, real or complex; an array broadcasts.
+        Stiffness N of the nonlinear spring, real or complex; an array broadcasts.
     p : array_like
         Laplace variable on nondimensional time; an array broadcasts.
 
@@ -317,11 +345,10 @@ def impedance(
     phi = _deficiency(s, a, b)[..., None, None]
     U, N, s = U[..., None, None], N[..., None, None], s[..., None, None]
 
-    # intermediate terms: spring, downwash
-    spring = np.zeros((2, 2))
-    spring[1, 1] = 1.0
+    # intermediate terms: springs, one of them of stiffness N, and downwash
+    slopes = np.where(np.arange(2) == NONLINEAR, N, 1.0)
+    stiffness_2 = spring_terms(omega_bar) * slopes
     downwash = w_q + s * w_v
-    stiffness_2 = stiffness_terms(omega_bar) + N * spring
 
     # outputs: equation 3.10
     inertia = s**2 * mass_matrix(mu, a_h, x_alpha, r_alpha) + s * (C0 + C1 / U)
@@ -354,7 +381,7 @@ def characteristic_coefficients(
     speed : array_like
         Speed U = V / (b omega_alpha); an array broadcasts.
     stiffness : array_like
-        Pitch stiffness N, real or complex; an array broadcasts.
+        Stiffness N of the nonlinear spring, real or complex; an array broadcasts.
 
     Returns
     -------

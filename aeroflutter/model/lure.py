@@ -1,29 +1,36 @@
-"""The one door of the analyses: a linear system with one scalar feedback.
+"""Systems and families with one spring: ``x' = A(U) x - b(U) F(c x)``.
 
-``x' = A(U) x - b(U) F(c x)``, where ``F`` is the restoring moment of a spring, possibly with
-memory. Nothing behind this door knows how many states there are or that ``c x`` is a pitch angle.
+A :class:`~aeroflutter.model.system.System` whose ``B`` has one column, as vectors. Every analysis
+that takes systems and families takes these as well (see :func:`as_system`, :func:`as_family`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
-from aeroflutter.generated import quasi_steady as _quasi_steady
-from aeroflutter.generated import section as _section
-from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
-from aeroflutter.model.section import TypicalSection
+from aeroflutter.model import system as _system
+from aeroflutter.model.aerodynamics import Aerodynamics, Wagner
+from aeroflutter.model.family import (
+    Family,
+    FixedModel,
+    Matrices,
+    SampledModel,
+    SectionModel,
+)
+from aeroflutter.model.section import Scale, TypicalSection
+from aeroflutter.model.system import Complex as Complex
+from aeroflutter.model.system import Real as Real
+from aeroflutter.model.system import System
 
 if TYPE_CHECKING:
     import control
-
-Real = NDArray[np.float64]
-Complex = NDArray[Any]  # of complex numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +43,8 @@ class LureSystem:
     b, c : array (n,)
     state_names : tuple of str, optional
         Defaults to ``x1 … xn``.
+    name, unit : str
+        Of the nonlinear coordinate ``y = c x``.
 
     Raises
     ------
@@ -55,6 +64,8 @@ class LureSystem:
     b: Real
     c: Real
     state_names: tuple[str, ...] = ()
+    name: str = "y"
+    unit: str = "rad"
 
     def __post_init__(self) -> None:
         for name in ("A", "b", "c"):
@@ -74,16 +85,41 @@ class LureSystem:
         """Number of states."""
         return int(self.b.size)
 
+    @cached_property
+    def system(self) -> System:
+        """The same system as every analysis takes it."""
+        return System(
+            self.A,
+            self.b[:, None],
+            self.c[None, :],
+            names=(self.name,),
+            units=(self.unit,),
+            state_names=self.state_names,
+        )
+
+    @classmethod
+    def of(cls, system: System) -> LureSystem:
+        """A system with one output as vectors.
+
+        Raises
+        ------
+        InputError
+            If the system has another number of outputs, or a constant load.
+        """
+        if system.outputs != 1:
+            raise InputError([f"system: must have one output, got {system.outputs}"])
+        if np.any(system.load):
+            raise InputError(["system: must have no constant load; use System"])
+        (name,), (unit,) = system.names, system.units
+        return cls(system.A, system.B[:, 0], system.C[0], system.state_names, name, unit)
+
     def transfer(self, s: ArrayLike) -> Complex:
         """``G(s) = c (sI - A)^-1 b`` at every ``s`` (any shape)."""
-        at = np.asarray(s, dtype=complex)
-        resolvent = at[..., None, None] * np.eye(self.order) - self.A
-        forcing = np.broadcast_to(self.b[:, None], (*at.shape, self.order, 1))
-        return np.asarray(np.linalg.solve(resolvent, forcing)[..., 0] @ self.c)
+        return self.system.transfer(s)[..., 0, 0]
 
     def inverse_transfer(self, s: ArrayLike) -> Complex:
         """``1/G(s)`` at every ``s`` (any shape), finite at the poles of ``G``."""
-        return inverse_transfer(self.A, self.b, self.c, s)
+        return self.system.inverse_transfer(s)[..., 0, 0]
 
     def static_gain_inverse(self) -> float:
         """``1/G(0)``: minus the static load per unit of steady ``y = c x``."""
@@ -91,13 +127,11 @@ class LureSystem:
 
     def closed(self, stiffness: complex) -> NDArray[Any]:
         """``A - N b c``: the system with the spring replaced by a linear one of stiffness N."""
-        return np.asarray(self.A - stiffness * np.outer(self.b, self.c))
+        return self.system.closed([stiffness])
 
     def to_control(self) -> control.StateSpace:
         """The system from moment to ``y``, ``G(s)``, as a python-control StateSpace."""
-        import control
-
-        return control.ss(self.A, self.b[:, None], self.c[None, :], [[0.0]])
+        return self.system.to_control()
 
     @classmethod
     def from_control(cls, system: control.StateSpace) -> LureSystem:
@@ -109,16 +143,9 @@ class LureSystem:
             If the system has not one input and one output, is in discrete time, or has direct
             feedthrough (the loop would be algebraic).
         """
-        problems = []
         if system.ninputs != 1 or system.noutputs != 1:
-            problems.append("system: must have one input and one output")
-        elif np.any(system.D):
-            problems.append("system: D must be zero, or the loop with the spring is algebraic")
-        if system.isdtime(strict=True):
-            problems.append("system: must be in continuous time")
-        if problems:
-            raise InputError(problems)
-        return cls(system.A, system.B[:, 0], system.C[0])
+            raise InputError(["system: must have one input and one output"])
+        return cls.of(System.from_control(system))
 
 
 def _shape_problems(A: Real, b: Real, c: Real) -> list[str]:
@@ -131,17 +158,6 @@ def _shape_problems(A: Real, b: Real, c: Real) -> list[str]:
     if not all(np.all(np.isfinite(value)) for value in (A, b, c)):
         problems.append("A, b, c: every entry must be finite")
     return problems
-
-
-def _bordered(A: Real, b: Real, c: Real, s: Complex) -> Complex:
-    """``[[sI - A, b], [c, 0]]``, regular at the poles of G, for stacked A, b and s."""
-    n = c.size
-    shape = np.broadcast_shapes(A.shape[:-2], s.shape)
-    matrix = np.zeros((*shape, n + 1, n + 1), dtype=complex)
-    matrix[..., :n, :n] = s[..., None, None] * np.eye(n) - A
-    matrix[..., :n, n] = b
-    matrix[..., n, :n] = c
-    return matrix
 
 
 def inverse_transfer(A: Real, b: Real, c: Real, s: ArrayLike) -> Complex:
@@ -157,13 +173,9 @@ def inverse_transfer(A: Real, b: Real, c: Real, s: ArrayLike) -> Complex:
     Returns
     -------
     array (...)
-        Solves ``(sI - A) x + g b = 0, c x = 1``, so that ``g = -1/G``; no pole of G interferes.
+        Finite at the poles of ``G``.
     """
-    matrix = _bordered(A, b, c, np.asarray(s, dtype=complex))
-    unit = np.zeros((*matrix.shape[:-1], 1), dtype=complex)
-    unit[..., -1, 0] = 1.0
-    result: Complex = -np.linalg.solve(matrix, unit)[..., -1, 0]
-    return result
+    return _system.inverse_transfer(A, b[..., None], c[None, :], s)[..., 0, 0]
 
 
 def inverse_transfer_gradient(
@@ -183,13 +195,12 @@ def inverse_transfer_gradient(
     -------
     value, d_ds, d_dU : arrays (...)
     """
-    n = c.size
-    inverse = np.linalg.inv(_bordered(A, b, c, np.asarray(s, dtype=complex)))
-    column, row = inverse[..., :, n], inverse[..., n, :]
-    d_ds = np.einsum("...i,...i->...", row[..., :n], column[..., :n])
-    forcing = -np.einsum("...ij,...j->...i", dA, column[..., :n]) + db * column[..., n, None]
-    d_dU = np.einsum("...i,...i->...", row[..., :n], forcing)
-    return -column[..., n], d_ds, d_dU
+    zero = np.zeros((1, c.size))
+    found = _system.inverse_transfer_gradient(
+        A, b[..., None], c[None, :], dA, db[..., None], zero, s
+    )
+    value, d_ds, d_dU = (matrix[..., 0, 0] for matrix in found)
+    return value, d_ds, d_dU
 
 
 class LureFamily(Protocol):
@@ -219,9 +230,62 @@ class LureFamily(Protocol):
     def derivative(self, speeds: ArrayLike) -> tuple[Real, Real]: ...
 
 
+class _OneSpring:
+    """A family with one output in the vectors of a LureFamily; ``model`` is the family itself."""
+
+    @cached_property
+    def model(self) -> Family:
+        """The same family as every analysis takes it."""
+        raise NotImplementedError
+
+    @cached_property
+    def c(self) -> Real:
+        """Row (n,) that picks the nonlinear coordinate from the state."""
+        row: Real = self.model.stack(self.search_range[0])[2][0]
+        return row
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        return self.model.state_names
+
+    @property
+    def search_range(self) -> tuple[float, float]:
+        """Default range of speeds (low, high)."""
+        return self.model.search_range
+
+    @property
+    def scale(self) -> Scale | None:
+        """What turns results into SI units, where there is such a thing."""
+        return self.model.scale
+
+    def at(self, speed: float) -> LureSystem:
+        """The system at one speed.
+
+        Raises
+        ------
+        InputError
+            If the speed is none at which the family is given.
+        """
+        return LureSystem.of(self.model.at(speed))
+
+    def stack(self, speeds: ArrayLike) -> tuple[Real, Real]:
+        """``A`` (…, n, n) and ``b`` (…, n) at speeds of any shape."""
+        A, B, _, _ = self.model.stack(speeds)
+        return A, B[..., 0]
+
+    def derivative(self, speeds: ArrayLike) -> tuple[Real, Real]:
+        """``dA/dU`` (…, n, n) and ``db/dU`` (…, n)."""
+        dA, dB, _, _ = self.model.derivative(speeds)
+        return dA, dB[..., 0]
+
+
 @dataclass(frozen=True, eq=False)
-class SectionFamily:
+class SectionFamily(_OneSpring):
     """The typical section at every airspeed: ``A(U) = A0 + A1/U + A2/U^2``, ``b(U) = b2/U^2``.
+
+    Its nonlinear spring is the one in pitch; :class:`~aeroflutter.model.family.SectionModel` takes
+    springs in any coordinate.
 
     Parameters
     ----------
@@ -239,71 +303,20 @@ class SectionFamily:
     section: TypicalSection
     aerodynamics: Aerodynamics = field(default_factory=Wagner)
 
-    def __post_init__(self) -> None:
-        values = {
-            name: getattr(self.section, name)
-            for name in (
-                "mu",
-                "a_h",
-                "x_alpha",
-                "r_alpha",
-                "omega_bar",
-                "zeta_alpha",
-                "zeta_xi",
-            )
-        }
-        if isinstance(self.aerodynamics, QuasiSteady):
-            terms = _quasi_steady.state_terms(**values)
-        else:
-            lags = np.array(self.aerodynamics.a), np.array(self.aerodynamics.b)
-            terms = _section.state_terms(**values, a=lags[0], b=lags[1])
-        object.__setattr__(self, "_terms", terms)
+    @cached_property
+    def model(self) -> SectionModel:
+        """The same family as every analysis takes it."""
+        return SectionModel(self.section, self.aerodynamics, ("pitch",))
 
     @property
     def terms(self) -> tuple[Real, Real, Real, Real, Real]:
         """``(A0, A1, A2, b2, c)``."""
-        return self._terms  # type: ignore[attr-defined]
-
-    @property
-    def c(self) -> Real:
-        """Row (n,) that picks pitch from the state."""
-        return self.terms[4]
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the states, in order."""
-        lags = self.c.size - 4
-        return ("xi", "alpha", "xi_rate", "alpha_rate", *(f"z{i + 1}" for i in range(lags)))
-
-    @property
-    def search_range(self) -> tuple[float, float]:
-        """Default range of speeds (low, high)."""
-        reference = self.section.r_alpha * np.sqrt(self.section.mu)
-        return 0.02 * reference, 20.0 * reference
-
-    def at(self, speed: float) -> LureSystem:
-        """The section at one speed U*."""
-        _require_positive(speed)
-        A, b = self.stack(speed)
-        return LureSystem(A, b, self.c, self.state_names)
-
-    def stack(self, speeds: ArrayLike) -> tuple[Real, Real]:
-        """``A`` (…, n, n) and ``b`` (…, n) at speeds of any shape."""
-        A0, A1, A2, b2, _ = self.terms
-        v = 1.0 / np.asarray(speeds, dtype=float)
-        w = v[..., None, None]
-        return A0 + w * A1 + w**2 * A2, v[..., None] ** 2 * b2
-
-    def derivative(self, speeds: ArrayLike) -> tuple[Real, Real]:
-        """``dA/dU`` (…, n, n) and ``db/dU`` (…, n)."""
-        _, A1, A2, b2, _ = self.terms
-        v = 1.0 / np.asarray(speeds, dtype=float)
-        w = v[..., None, None]
-        return -(w**2) * A1 - 2 * w**3 * A2, -2 * v[..., None] ** 3 * b2
+        A0, A1, A2, B2, C = self.model.terms
+        return A0, A1, A2, B2[:, 0], C[0]
 
 
 @dataclass(frozen=True, eq=False)
-class SampledFamily:
+class SampledFamily(_OneSpring):
     """A linear model from elsewhere, given at several speeds and splined between them.
 
     Parameters
@@ -328,101 +341,98 @@ class SampledFamily:
     systems: Sequence[LureSystem]
 
     def __post_init__(self) -> None:
-        from scipy.interpolate import make_interp_spline
+        self.model  # noqa: B018  # what does not fit is refused at once
 
-        speeds = np.array(self.speeds, dtype=float)
-        problems = []
-        if speeds.ndim != 1 or speeds.size < 2 or speeds.size != len(self.systems):
-            problems.append("speeds: need one speed a system, at least two")
-        elif not (np.all(np.isfinite(speeds)) and np.all(np.diff(speeds) > 0)):
-            problems.append("speeds: must be finite and strictly increasing")
-        first = self.systems[0]
-        if any(s.order != first.order or not np.array_equal(s.c, first.c) for s in self.systems):
-            problems.append("systems: must all have the same states and the same c")
-        if problems:
-            raise InputError(problems)
-        columns = np.array([np.column_stack([s.A, s.b]) for s in self.systems])
-        spline = make_interp_spline(speeds, columns, k=min(3, speeds.size - 1))
-        object.__setattr__(self, "_spline", spline)
-        object.__setattr__(self, "_slope", spline.derivative())
-
-    @property
-    def c(self) -> Real:
-        """Row (n,) that picks the nonlinear coordinate from the state."""
-        return self.systems[0].c
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the states, in order."""
-        return self.systems[0].state_names
-
-    @property
-    def search_range(self) -> tuple[float, float]:
-        """First and last of the given speeds."""
-        return float(self.speeds[0]), float(self.speeds[-1])
-
-    def at(self, speed: float) -> LureSystem:
-        """The interpolated system at one speed.
-
-        Raises
-        ------
-        InputError
-            If the speed lies outside the samples.
-        """
-        low, high = self.search_range
-        if not low <= speed <= high:
-            raise InputError([f"speed: must lie between {low:g} and {high:g}, got {speed!r}"])
-        A, b = self.stack(speed)
-        return LureSystem(A, b, self.c, self.state_names)
-
-    def stack(self, speeds: ArrayLike) -> tuple[Real, Real]:
-        """``A`` (…, n, n) and ``b`` (…, n) at speeds of any shape."""
-        columns = self._spline(np.asarray(speeds, dtype=float))  # type: ignore[attr-defined]
-        return columns[..., :-1], columns[..., -1]
-
-    def derivative(self, speeds: ArrayLike) -> tuple[Real, Real]:
-        """``dA/dU`` (…, n, n) and ``db/dU`` (…, n)."""
-        columns = self._slope(np.asarray(speeds, dtype=float))  # type: ignore[attr-defined]
-        return columns[..., :-1], columns[..., -1]
+    @cached_property
+    def model(self) -> SampledModel:
+        """The same family as every analysis takes it."""
+        return SampledModel(self.speeds, [item.system for item in self.systems])
 
 
 @dataclass(frozen=True, eq=False)
-class FixedFamily:
+class FixedFamily(_OneSpring):
     """A system that does not depend on speed, for analyses at one condition."""
 
     system: LureSystem
     search_range: tuple[float, float] = (0.0, 1.0)
 
+    @cached_property
+    def model(self) -> FixedModel:
+        """The same family as every analysis takes it."""
+        return FixedModel(self.system.system, self.search_range)
+
+
+@dataclass(frozen=True, eq=False)
+class SpringFamily(_OneSpring):
+    """A family with one output, such as a section with a spring in heave, as a LureFamily.
+
+    Parameters
+    ----------
+    model : Family
+        With one output and without a load.
+    """
+
+    model: Family
+
+    def __post_init__(self) -> None:
+        LureSystem.of(self.model.at(self.search_range[0]))  # what does not fit is refused at once
+
+
+@dataclass(frozen=True, eq=False)
+class _Matrices:
+    """A LureFamily of the user's own as a Family."""
+
+    family: LureFamily
+
+    @cached_property
+    def _first(self) -> System:
+        return self.at(self.search_range[0])
+
     @property
-    def c(self) -> Real:
-        """Row (n,) that picks the nonlinear coordinate from the state."""
-        return self.system.c
+    def names(self) -> tuple[str, ...]:
+        return self._first.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return self._first.units
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Names of the states, in order."""
-        return self.system.state_names
+        return self.family.state_names
 
-    def at(self, speed: float) -> LureSystem:
-        """The system, whatever the speed."""
-        return self.system
+    @property
+    def search_range(self) -> tuple[float, float]:
+        return self.family.search_range
 
-    def stack(self, speeds: ArrayLike) -> tuple[Real, Real]:
-        """``A`` (…, n, n) and ``b`` (…, n), the same at every speed."""
-        shape = np.shape(speeds)
-        n = self.system.order
-        return (
-            np.broadcast_to(self.system.A, (*shape, n, n)),
-            np.broadcast_to(self.system.b, (*shape, n)),
-        )
+    @property
+    def scale(self) -> Scale | None:
+        return getattr(self.family, "scale", None)
 
-    def derivative(self, speeds: ArrayLike) -> tuple[Real, Real]:
-        """Zeros of the shapes of ``stack``."""
-        shape = np.shape(speeds)
-        n = self.system.order
-        return np.zeros((*shape, n, n)), np.zeros((*shape, n))
+    def at(self, speed: float) -> System:
+        return as_system(self.family.at(speed))
+
+    def stack(self, speeds: ArrayLike) -> Matrices:
+        return self._columns(*self.family.stack(speeds), self.family.c)
+
+    def derivative(self, speeds: ArrayLike) -> Matrices:
+        return self._columns(*self.family.derivative(speeds), np.zeros(self.family.c.size))
+
+    @staticmethod
+    def _columns(A: Real, b: Real, c: Real) -> Matrices:
+        C = np.broadcast_to(c[None, :], (*A.shape[:-2], 1, c.size))
+        return A, b[..., None], C, np.zeros(b.shape)
 
 
-def _require_positive(speed: float) -> None:
-    if not (np.isfinite(speed) and speed > 0):
-        raise InputError([f"speed: must be a positive finite number, got {speed!r}"])
+def as_system(system: System | LureSystem) -> System:
+    """The system itself, whether it is given by matrices or, with one spring, by vectors."""
+    return system.system if isinstance(system, LureSystem) else system
+
+
+def as_family(family: Family | LureFamily) -> Family:
+    """The family itself, whether its systems are given by matrices or, with one spring, by vectors.
+
+    A LureFamily is known by its row ``c``.
+    """
+    if isinstance(family, _OneSpring):
+        return family.model
+    return _Matrices(cast("LureFamily", family)) if hasattr(family, "c") else family

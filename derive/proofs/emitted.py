@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 from types import ModuleType
 from typing import Any
 
@@ -16,6 +17,7 @@ from derive.equations import SecondOrder, quasi_steady, second_order
 from derive.modules import load_row
 from derive.proofs.same import check_numbers
 from derive.state_space import (
+    FirstOrder,
     deficiency,
     first_order,
     impedance,
@@ -57,15 +59,14 @@ def check_section(source: str, configuration: Configuration, equations: SecondOr
     known = _evaluated(equations, values)
     rates = {"a": [float(x) for x in _RATES[0]], "b": [float(x) for x in _RATES[1]]}
 
-    state = first_order(known, a, b)
-    A0, A1, A2, b2, _ = module.state_terms(**names, **rates)
-    U = float(speed)
-    check_numbers("A", (A0 + A1 / U + A2 / U**2).tolist(), state.A.subs(at).evalf())
-    check_numbers("b", (b2 / U**2).tolist(), list(state.b.subs(at).evalf()))
+    for free in _choices(configuration):
+        state = first_order(known, a, b, free=free)
+        terms = module.state_terms(**names, **rates, springs=free)
+        _check_state(terms, state, speed, at)
 
     phi = deficiency(s.P, a, b)
     B = impedance(known, phi, nonlinear=configuration.nonlinear).subs(at)
-    motion = {"speed": U, "stiffness": complex(stiffness)}
+    motion = {"speed": float(speed), "stiffness": complex(stiffness)}
     p = sp.Rational(1, 9) + sp.I / 3
     numbers = module.impedance(**names, **rates, **motion, p=complex(p))
     check_numbers("B", numbers.tolist(), B.subs(s.P, p).evalf())
@@ -77,6 +78,21 @@ def check_section(source: str, configuration: Configuration, equations: SecondOr
     exact = [_determinant(B.subs(s.P, z)) * sp.prod([z + r for r in _RATES[1]]) for z in circle]
     numbers = [module.np.polyval(polynomial, complex(z)) for z in circle]
     check_numbers("det B", numbers, exact)
+
+
+def _choices(configuration: Configuration) -> list[tuple[int, ...]]:
+    """Every choice of springs that stand outside of A, and one out of order."""
+    numbers = range(len(configuration.coordinates))
+    return [*(free for m in range(len(numbers) + 1) for free in combinations(numbers, m)), (1, 0)]
+
+
+def _check_state(terms: Any, state: FirstOrder, speed: sp.Expr, at: Any) -> None:
+    """State matrices at one speed, put together from the emitted ones."""
+    A0, A1, A2, B2, C = terms
+    U = float(speed)
+    check_numbers("A", (A0 + A1 / U + A2 / U**2).tolist(), state.A.subs(at).evalf())
+    check_numbers("B", (B2 / U**2).tolist(), state.B.subs(at).evalf())
+    check_numbers("C", C.tolist(), state.C)
 
 
 def check_loads(source: str, configuration: Configuration, equations: SecondOrder) -> None:
@@ -120,10 +136,9 @@ def check_quasi_steady(source: str) -> None:
     values = sample(TYPICAL_SECTION)
     names = {str(symbol): float(value) for symbol, value in values.items()}
     at = {**values, s.SPEED: sp.Rational(17, 5), s.STIFFNESS: sp.Rational(3, 4)}
-    A0, A1, A2, b2, _ = module.state_terms(**names)
-    state = first_order(equations, [], [])
-    check_numbers("A", (A0 + A1 / 3.4 + A2 / 3.4**2).tolist(), state.A.subs(at).evalf())
-    check_numbers("b", (b2 / 3.4**2).tolist(), list(state.b.subs(at).evalf()))
+    for free in _choices(TYPICAL_SECTION):
+        state = first_order(equations, [], [], free=free)
+        _check_state(module.state_terms(**names, springs=free), state, at[s.SPEED], at)
     exact = sp.Poly(impedance(equations, sp.Integer(0)).subs(at).det(), s.P).all_coeffs()
     numbers = module.characteristic_coefficients(**names, speed=3.4, stiffness=0.75)
     check_numbers("det B", numbers.tolist(), exact)

@@ -61,8 +61,8 @@ def check_numbers(name: str, shortcut: object, long_way: object, tolerance: floa
     left, right = _numbers(shortcut), _numbers(long_way)
     if len(left) != len(right):
         raise ProofError(f"{name}: {len(left)} numbers against {len(right)}")
-    worst = max(abs(x - y) for x, y in zip(left, right, strict=True))
-    size = max(map(abs, right)) or 1.0
+    worst = max((abs(x - y) for x, y in zip(left, right, strict=True)), default=0.0)
+    size = max(map(abs, right), default=0.0) or 1.0
     if not worst <= tolerance * size:
         raise ProofError(f"{name}: differs by {worst:.3g} where the numbers reach {size:.3g}")
 

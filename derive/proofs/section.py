@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import sympy as sp
@@ -10,7 +11,7 @@ from sympy.polys.matrices import DomainMatrix
 from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import TYPICAL_SECTION
-from derive.equations import SecondOrder, quasi_steady, second_order
+from derive.equations import SecondOrder, quasi_steady, second_order, structure
 from derive.proofs.same import Proof, check_same
 from derive.state_space import (
     characteristic_parts,
@@ -50,9 +51,9 @@ def published_equations() -> None:
     derived = (
         eq.M * q.diff(s.TAU, 2)
         + (eq.C0 + eq.C1 / s.SPEED) * q.diff(s.TAU)
-        + (eq.K0 + eq.K2 / s.SPEED**2) * q
+        + eq.K0 * q
         + eq.g * W
-        + eq.e * F / s.SPEED**2
+        + eq.S * sp.Matrix([xi, F]) / s.SPEED**2
     )
     check_same("equations of motion", derived, sp.Matrix([heave, pitch]))
     downwash = alpha + xi.diff(s.TAU) + arm * alpha.diff(s.TAU)
@@ -119,8 +120,7 @@ def characteristic_polynomial() -> None:
     speed = 1 / sp.Symbol("inverse_speed")
     n, size = general.n, 2 * general.n + len(a)
     state = first_order(general, a, b, speed)
-    closed = state.A.copy()
-    closed[:, 1] -= s.STIFFNESS * state.b
+    closed = state.closed([s.STIFFNESS])
     E = sp.eye(size)
     E[n : 2 * n, n : 2 * n] = general.M
     plain = (E * closed).applyfunc(sp.cancel)
@@ -145,8 +145,31 @@ def _symbolic_entries(eq: SecondOrder) -> SecondOrder:
 
         return sp.Matrix(*matrix.shape, entry)
 
-    names = ("apparent_mass", "C0", "C1", "K0", "K2", "g", "w_q", "w_v", "e")
+    names = ("apparent_mass", "C0", "C1", "K0", "S", "g", "w_q", "w_v")
     return SecondOrder(structural_mass=sp.zeros(2, 2), **{name: named(name) for name in names})
+
+
+def springs_closed() -> None:
+    """Close springs of every choice of coordinates; S against the potential energy.
+
+    With all springs linear the stiffness in A has to be the one of the potential energy, in which
+    no spring stands outside.
+    """
+    solid = structure(TYPICAL_SECTION)
+    check_same("S and the potential energy", solid.springs, solid.stiffness)
+    eq = _equations()
+    a, b = indicial_symbols(2)
+    for air in (eq, quasi_steady(eq)):
+        linear = replace(air, K0=air.K0 + solid.stiffness, S=sp.zeros(air.n, air.n))
+        whole = first_order(linear, a, b, free=())
+        pitch = first_order(air, a, b, free=(1,))
+        both = first_order(air, a, b, free=(0, 1))
+        check_same("both springs closed", both.closed([1, 1]), whole.A)
+        check_same("pitch spring closed", pitch.closed([1]), whole.A)
+        heave_closed = both.A - both.B[:, 0] * both.C[0, :]
+        check_same("heave spring closed", heave_closed, pitch.A)
+        check_same("what pitch is pushed by", both.B[:, 1], pitch.B)
+        check_same("what pitch is", both.C[1, :], pitch.C)
 
 
 def static_gain() -> None:
@@ -212,6 +235,11 @@ PROOFS = (
         "characteristic polynomial",
         r"$\det(\bar p I - A + N b c)\,\det M = (\bar p + b_1)(\bar p + b_2)\det B(\bar p)$.",
         characteristic_polynomial,
+    ),
+    Proof(
+        "springs",
+        r"$A - B\,C$ is the matrix of linear springs, whichever of them stand outside of $A$.",
+        springs_closed,
     ),
     Proof(
         "static gain",

@@ -1,0 +1,277 @@
+"""The one door of the analyses: a linear system whose outputs are fed back through springs.
+
+``x' = A x - B F(C x) + d``, where ``F`` holds the restoring moments of ``m`` springs, each of one
+output and possibly with memory. Nothing behind this door knows how many states there are or that
+an output is a pitch angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    import control
+
+__all__ = ["System", "bordered", "inverse_transfer", "inverse_transfer_gradient", "transfer"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[Any]  # of complex numbers
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Linear system closed by ``m`` springs, ``x' = A x - B F(C x) + d``.
+
+    Parameters
+    ----------
+    A : array (n, n)
+        Springs that are linear are part of it.
+    B : array (n, m)
+        What the moment of every spring does to the state.
+    C : array (m, n)
+        Rows that pick the coordinates of the springs, ``y = C x``.
+    d : array (n,), optional
+        Constant load; zero by default.
+    names : tuple of str, optional
+        Names of the ``m`` outputs, such as ``"pitch"``; ``y1 … ym`` by default. Two springs in
+        one coordinate have one name.
+    units : tuple of str, optional
+        Their units: ``"rad"`` (the default), ``"semichord"`` or ``"m"``.
+    state_names : tuple of str, optional
+        ``x1 … xn`` by default.
+
+    Raises
+    ------
+    InputError
+        If the shapes do not fit or an entry is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> system = System(np.array([[0.0, 1.0], [-1.0, -0.2]]), np.array([[0.0], [1.0]]),
+    ...                 np.array([[1.0, 0.0]]))
+    >>> complex(system.transfer(0.0)[0, 0])
+    (1+0j)
+    """
+
+    A: Real
+    B: Real
+    C: Real
+    d: Real | None = None
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    state_names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.d is None:
+            object.__setattr__(self, "d", np.zeros(len(self.A)))
+        for name in ("A", "B", "C", "d"):
+            value = np.array(getattr(self, name), dtype=float)
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        problems = self._problems()
+        if problems:
+            raise InputError(problems)
+        for name, count, default in (
+            ("names", self.outputs, [f"y{i + 1}" for i in range(self.outputs)]),
+            ("units", self.outputs, ["rad"] * self.outputs),
+            ("state_names", self.order, [f"x{i + 1}" for i in range(self.order)]),
+        ):
+            given = tuple(getattr(self, name)) or tuple(default)
+            object.__setattr__(self, name, given)
+            if len(given) != count:
+                raise InputError([f"{name}: need {count} names, got {len(given)}"])
+
+    def _problems(self) -> list[str]:
+        n, m = self.A.shape[-1] if self.A.ndim else 0, self.C.shape[0] if self.C.ndim else 0
+        shapes = [value.shape for value in (self.A, self.B, self.C, self.load)]
+        problems = []
+        if n == 0 or shapes != [(n, n), (n, m), (m, n), (n,)]:
+            shown = ", ".join(map(str, shapes))
+            problems.append(f"A, B, C, d: need shapes (n, n), (n, m), (m, n), (n,), got {shown}")
+        if not all(np.all(np.isfinite(value)) for value in (self.A, self.B, self.C, self.load)):
+            problems.append("A, B, C, d: every entry must be finite")
+        return problems
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return int(self.A.shape[0])
+
+    @property
+    def outputs(self) -> int:
+        """Number of springs."""
+        return int(self.C.shape[0])
+
+    @property
+    def load(self) -> Real:
+        """The constant load ``d`` (n,)."""
+        assert self.d is not None  # filled in by __post_init__
+        return self.d
+
+    def transfer(self, s: ArrayLike) -> Complex:
+        """``G(s) = C (sI - A)^-1 B`` (…, m, m) at every ``s`` (any shape)."""
+        return transfer(self.A, self.B, self.C, s)
+
+    def inverse_transfer(self, s: ArrayLike) -> Complex:
+        """``G(s)^-1`` (…, m, m) at every ``s`` (any shape), finite at the poles of ``G``."""
+        return inverse_transfer(self.A, self.B, self.C, s)
+
+    def closed(self, slopes: ArrayLike) -> NDArray[Any]:
+        """``A - B diag(N) C`` with every spring replaced by a linear one.
+
+        Parameters
+        ----------
+        slopes : array (…, m), real or complex
+            Stiffness N of each.
+
+        Returns
+        -------
+        array (…, n, n)
+        """
+        return np.asarray(self.A - (self.B * np.asarray(slopes)[..., None, :]) @ self.C)
+
+    def absorb(self, linear: Mapping[int, float]) -> System:
+        """The system with some springs linear: they are in ``A``, their outputs are gone.
+
+        Parameters
+        ----------
+        linear : mapping of int to float
+            Stiffness by number of output.
+        """
+        keep = [i for i in range(self.outputs) if i not in linear]
+        slopes = np.array([linear.get(i, 0.0) for i in range(self.outputs)])
+        return System(
+            self.closed(slopes),
+            self.B[:, keep],
+            self.C[keep],
+            self.load,
+            tuple(self.names[i] for i in keep),
+            tuple(self.units[i] for i in keep),
+            self.state_names,
+        )
+
+    def single(self, output: int, slopes: ArrayLike) -> System:
+        """The system with one spring, the others linear.
+
+        Parameters
+        ----------
+        output : int
+            Number of the output whose spring stays.
+        slopes : array (m,)
+            Stiffness of the others; the entry of ``output`` itself is not used.
+        """
+        values = np.asarray(slopes, dtype=float)
+        return self.absorb({i: values[i] for i in range(self.outputs) if i != output})
+
+    def to_control(self) -> control.StateSpace:
+        """The system from moments to outputs, ``G(s)``, as a python-control StateSpace."""
+        import control
+
+        return control.ss(
+            self.A,
+            self.B,
+            self.C,
+            np.zeros((self.outputs, self.outputs)),
+            states=list(self.state_names),
+        )
+
+    @classmethod
+    def from_control(
+        cls,
+        system: control.StateSpace,
+        names: tuple[str, ...] = (),
+        units: tuple[str, ...] = (),
+    ) -> System:
+        """The loop in which a python-control system is closed by ``-F(y)``.
+
+        Raises
+        ------
+        InputError
+            If the system has not as many inputs as outputs, is in discrete time, or has direct
+            feedthrough (the loop would be algebraic).
+        """
+        problems = []
+        if system.ninputs != system.noutputs:
+            problems.append("system: must have as many inputs as outputs, one pair a spring")
+        elif np.any(system.D):
+            problems.append("system: D must be zero, or the loop with the spring is algebraic")
+        if system.isdtime(strict=True):
+            problems.append("system: must be in continuous time")
+        if problems:
+            raise InputError(problems)
+        return cls(system.A, system.B, system.C, None, names, units, tuple(system.state_labels))
+
+
+def transfer(A: Real, B: Real, C: Real, s: ArrayLike) -> Complex:
+    """``C (sI - A)^-1 B`` (…, m, m) for stacked systems, ``s`` broadcast against the stack."""
+    at = np.asarray(s, dtype=complex)
+    resolvent = at[..., None, None] * np.eye(A.shape[-1]) - A
+    return np.asarray(C @ np.linalg.solve(resolvent, B.astype(complex)))
+
+
+def bordered(A: Real, B: Real, C: Real, s: Complex) -> Complex:
+    """``[[sI - A, B], [C, 0]]``, regular at the poles of G, for stacked A, B, C and s."""
+    n, m = B.shape[-2:]
+    shape = np.broadcast_shapes(A.shape[:-2], s.shape)
+    matrix = np.zeros((*shape, n + m, n + m), dtype=complex)
+    matrix[..., :n, :n] = s[..., None, None] * np.eye(n) - A
+    matrix[..., :n, n:] = B
+    matrix[..., n:, :n] = C
+    return matrix
+
+
+def inverse_transfer(A: Real, B: Real, C: Real, s: ArrayLike) -> Complex:
+    """``G(s)^-1`` for stacked systems.
+
+    Parameters
+    ----------
+    A : array (..., n, n)
+    B : array (..., n, m)
+    C : array (..., m, n)
+    s : complex array, broadcast against the stack
+
+    Returns
+    -------
+    array (..., m, m)
+        Solves ``(sI - A) X + B g = 0, C X = I``, so that ``g = -G^-1``; no pole of G interferes.
+    """
+    n, m = B.shape[-2:]
+    matrix = bordered(A, B, C, np.asarray(s, dtype=complex))
+    unit = np.zeros((*matrix.shape[:-1], m), dtype=complex)
+    unit[..., n:, :] = np.eye(m)
+    result: Complex = -np.linalg.solve(matrix, unit)[..., n:, :]
+    return result
+
+
+def inverse_transfer_gradient(
+    A: Real, B: Real, C: Real, dA: Real, dB: Real, dC: Real, s: ArrayLike
+) -> tuple[Complex, Complex, Complex]:
+    """``G(s)^-1`` with its derivatives with respect to ``s`` and to the speed.
+
+    Parameters
+    ----------
+    A, dA : array (..., n, n)
+        System matrices and their derivative with respect to the speed.
+    B, dB : array (..., n, m)
+    C, dC : array (..., m, n)
+    s : complex array, broadcast against the stack
+
+    Returns
+    -------
+    value, d_ds, d_dU : arrays (..., m, m)
+    """
+    n = B.shape[-2]
+    inverse = np.linalg.inv(bordered(A, B, C, np.asarray(s, dtype=complex)))
+    columns, rows = inverse[..., :, n:], inverse[..., n:, :]
+    d_ds = rows[..., :n] @ columns[..., :n, :]
+    forcing = dB @ columns[..., n:, :] - dA @ columns[..., :n, :]
+    d_dU = rows[..., :n] @ forcing + rows[..., n:] @ dC @ columns[..., :n, :]
+    return -columns[..., n:, :], d_ds, d_dU
