@@ -8,13 +8,15 @@ from derive.configuration import TYPICAL_SECTION
 from derive.describing_module import describing_module
 from derive.emit import render
 from derive.equations import quasi_steady, second_order
+from derive.flap import SECTION_WITH_FLAP
 from derive.modules import houbolt_module, loads_module, quasi_steady_module, section_module
-from derive.proofs import emitted, houbolt, section, springs
+from derive.proofs import emitted, flap, houbolt, section, springs
 from derive.report import report
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = {
     "section": section.PROOFS,
+    "flap": flap.PROOFS,
     "springs": springs.PROOFS,
     "houbolt": houbolt.PROOFS,
 }
@@ -33,16 +35,25 @@ def build() -> dict[str, str]:
             proof.run()
     equations = second_order(TYPICAL_SECTION)
     quasi = quasi_steady(equations)
+    with_flap = second_order(SECTION_WITH_FLAP)
     modules = {
         "section": section_module(TYPICAL_SECTION, equations),
         "loads": loads_module(TYPICAL_SECTION, equations),
         "quasi_steady": quasi_steady_module(TYPICAL_SECTION, quasi),
+        "flap": section_module(SECTION_WITH_FLAP, with_flap, laplace=False),
+        "flap_quasi_steady": quasi_steady_module(
+            SECTION_WITH_FLAP, quasi_steady(with_flap), laplace=False
+        ),
         "describing": describing_module(),
         "houbolt": houbolt_module(),
     }
     emitted.check_section(modules["section"], TYPICAL_SECTION, equations)
     emitted.check_loads(modules["loads"], TYPICAL_SECTION, equations)
-    emitted.check_quasi_steady(modules["quasi_steady"])
+    emitted.check_quasi_steady(modules["quasi_steady"], TYPICAL_SECTION, quasi)
+    emitted.check_section(modules["flap"], SECTION_WITH_FLAP, with_flap)
+    emitted.check_quasi_steady(
+        modules["flap_quasi_steady"], SECTION_WITH_FLAP, quasi_steady(with_flap)
+    )
     emitted.check_describing(modules["describing"])
     emitted.check_houbolt(modules["houbolt"])
     return {

@@ -1,4 +1,4 @@
-"""Quasi-steady flutter of the undamped section: two real frequencies meet.
+"""Quasi-steady flutter of the undamped section without supports: two real frequencies meet.
 
 det B = J p^4 + (s/U^2 + f) p^2 + (k2/U^2 + k1)/U^2 is a quadratic in p^2. Its discriminant is a
 quadratic in 1/U^2, and for a_h = -1/2 the lower flutter speed has a short closed form.
@@ -28,7 +28,7 @@ class Coalescence:
 
 def coalescence(equations: SecondOrder, nonlinear: int = 1) -> Coalescence:
     """Discriminant and closed form from the quasi-steady B(p)."""
-    undamped = {s.ZETA_ALPHA: 0, s.ZETA_XI: 0}
+    undamped = {s.ZETA_ALPHA: 0, s.ZETA_XI: 0, s.HEAVE_MASS: 1}
     X = sp.Symbol("X", positive=True)
     matrix = impedance(equations, sp.Integer(0), nonlinear=nonlinear).subs(undamped)
     determinant = sp.expand(matrix.det(method="berkowitz").subs(s.SPEED, 1 / sp.sqrt(X)))

@@ -6,12 +6,12 @@ A trailing-edge flap, or any other degree of freedom, is one more :class:`Coordi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import sympy as sp
 
 from derive import symbols as s
-from derive.thin_airfoil import Pairings, Shape
+from derive.thin_airfoil import Shape
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,6 @@ class Coordinate:
     length: sp.Expr
     scale: sp.Expr
     equation: str
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "shape", replace(self.shape, name=self.name))
 
     @property
     def displacement(self) -> sp.Function:
@@ -58,8 +55,8 @@ class Configuration:
     moment ``stiffness`` times F of its coordinate, so that F is the coordinate itself where it is
     linear; ``nonlinear`` counts the coordinate whose spring is nonlinear where nothing else is
     said. Every equation is divided by its ``scale``. ``groups`` turns the dimensional quantities
-    into the nondimensional ``parameters``, given with what they mean. ``pairings`` are integrals
-    between parts of the chord that only a reference can give (see ``thin_airfoil.pairing``).
+    into the nondimensional ``parameters``, given with what they mean; those with ``defaults`` come
+    last. ``abbreviations`` are names for expressions that recur in the emitted source.
     """
 
     name: str
@@ -70,8 +67,9 @@ class Configuration:
     nonlinear: int
     parameters: dict[sp.Symbol, str]
     groups: dict[sp.Symbol, sp.Expr]
+    defaults: dict[sp.Symbol, float] = field(default_factory=dict)
+    abbreviations: dict[sp.Symbol, sp.Expr] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
-    pairings: Pairings = field(default_factory=dict)
 
     @property
     def potential(self) -> sp.Expr:
@@ -106,7 +104,7 @@ _h, _alpha = HEAVE.displacement, PITCH.displacement
 TYPICAL_SECTION = Configuration(
     name="typical section in pitch and heave",
     coordinates=(HEAVE, PITCH),
-    kinetic=s.MASS * _h.diff() ** 2 / 2
+    kinetic=s.MASS_IN_HEAVE * _h.diff() ** 2 / 2
     + s.STATIC_MOMENT * _h.diff() * _alpha.diff()
     + s.INERTIA * _alpha.diff() ** 2 / 2,
     stiffness=(s.K_H, s.K_ALPHA),
@@ -120,14 +118,17 @@ TYPICAL_SECTION = Configuration(
         s.OMEGA_BAR: "Uncoupled heave frequency over uncoupled pitch frequency.",
         s.ZETA_ALPHA: "Damping ratio in pitch.",
         s.ZETA_XI: "Damping ratio in heave.",
+        s.HEAVE_MASS: "Mass that moves in heave, supports included, over m.",
     },
+    defaults={s.HEAVE_MASS: 1.0},
     groups={
         s.MASS: _MASS,
+        s.MASS_IN_HEAVE: s.HEAVE_MASS * _MASS,
         s.STATIC_MOMENT: _MASS * s.SEMICHORD * s.X_ALPHA,
         s.INERTIA: _INERTIA,
-        s.K_H: _MASS * _OMEGA_XI**2,
+        s.K_H: s.HEAVE_MASS * _MASS * _OMEGA_XI**2,
         s.K_ALPHA: _INERTIA * _OMEGA_ALPHA**2,
-        s.C_H: 2 * s.ZETA_XI * _MASS * _OMEGA_XI,
+        s.C_H: 2 * s.ZETA_XI * s.HEAVE_MASS * _MASS * _OMEGA_XI,
         s.C_ALPHA: 2 * s.ZETA_ALPHA * _INERTIA * _OMEGA_ALPHA,
     },
     loads=(

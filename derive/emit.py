@@ -157,7 +157,8 @@ def environment() -> Environment:
         keep_trailing_newline=True,
     )
     helpers = (assignments, inputs, invoke, items, lines, matrix, row, signature, source)
-    env.globals.update({helper.__name__: helper for helper in helpers}, parameter_docs={})
+    env.globals.update({helper.__name__: helper for helper in helpers})
+    env.globals.update(parameter_docs={}, defaults={})
     return env
 
 

@@ -101,7 +101,7 @@ def second_order(configuration: Configuration) -> SecondOrder:
     """Structure and unsteady thin-airfoil forces together (equations 3.9 with 3.23-3.24)."""
     solid = structure(configuration)
     shapes = tuple(coordinate.shape for coordinate in configuration.coordinates)
-    air = generalised_forces(shapes, configuration.pairings)
+    air = generalised_forces(shapes)
     pressure = s.DENSITY * s.VELOCITY**2 * s.SEMICHORD**2
     rows = sp.diag(*(pressure / coordinate.scale for coordinate in configuration.coordinates))
     return SecondOrder(

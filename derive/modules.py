@@ -10,7 +10,7 @@ from derive import houbolt
 from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import Configuration, Load
-from derive.emit import render
+from derive.emit import assignments, render
 from derive.equations import SecondOrder
 from derive.printer import source
 from derive.state_space import characteristic_parts, mass_inverse
@@ -46,7 +46,22 @@ def _arguments(configuration: Configuration, *matrices: sp.Matrix) -> list[str]:
     return [str(parameter) for parameter in configuration.parameters if parameter in free]
 
 
+def _abbreviated(configuration: Configuration, equations: SecondOrder) -> SecondOrder:
+    """The same equations with a name for what recurs."""
+    names = {value: symbol for symbol, value in configuration.abbreviations.items()}
+    return SecondOrder(**{key: matrix.xreplace(names) for key, matrix in vars(equations).items()})
+
+
 def _common(configuration: Configuration, equations: SecondOrder) -> dict[str, object]:
+    equations = _abbreviated(configuration, equations)
+
+    def abbreviated(*matrices: sp.Matrix) -> str:
+        """Lines that say what the abbreviations in some matrices stand for."""
+        free = set().union(*(matrix.free_symbols for matrix in matrices))
+        items = configuration.abbreviations.items()
+        used = [(symbol, value) for symbol, value in items if symbol in free]
+        return f"    # intermediate terms\n{assignments(used)}\n\n" if used else ""
+
     names = [coordinate.name for coordinate in configuration.coordinates]
     nonlinear = configuration.nonlinear
     return {
@@ -58,14 +73,24 @@ def _common(configuration: Configuration, equations: SecondOrder) -> dict[str, o
         "nonlinear": nonlinear,
         "names": [str(parameter) for parameter in configuration.parameters],
         "parameter_docs": {str(key): text for key, text in configuration.parameters.items()},
+        "defaults": {
+            "springs": "NONLINEAR",
+            **{str(key): str(value) for key, value in configuration.defaults.items()},
+        },
+        "abbreviated": abbreviated,
         "eq": equations,
         "inverse": _inverse(equations),
         "poly": characteristic_parts(equations, nonlinear),
     }
 
 
-def section_module(configuration: Configuration, equations: SecondOrder) -> str:
-    """Source of ``generated/section.py``."""
+def section_module(
+    configuration: Configuration, equations: SecondOrder, laplace: bool = True
+) -> str:
+    """Source of ``generated/section.py`` or ``generated/flap.py``.
+
+    ``laplace`` adds the impedance and the characteristic polynomial.
+    """
 
     def arguments(*matrices: sp.Matrix) -> list[str]:
         return _arguments(configuration, *matrices)
@@ -73,6 +98,7 @@ def section_module(configuration: Configuration, equations: SecondOrder) -> str:
     return render(
         "section.py.j2",
         **_common(configuration, equations),
+        laplace=laplace,
         air_stiffness=any(entry != 0 for entry in equations.K0),
         args=SimpleNamespace(
             structural_mass=arguments(equations.structural_mass),
@@ -98,12 +124,29 @@ def loads_module(configuration: Configuration, equations: SecondOrder) -> str:
     return render("loads.py.j2", **{**context, "parameter_docs": docs}, loads=loads)
 
 
-def quasi_steady_module(configuration: Configuration, equations: SecondOrder) -> str:
-    """Source of ``generated/quasi_steady.py``; ``equations`` are the quasi-steady ones."""
+def quasi_steady_module(
+    configuration: Configuration, equations: SecondOrder, laplace: bool = True
+) -> str:
+    """Source of ``generated/quasi_steady.py`` or ``generated/flap_quasi_steady.py``.
+
+    ``equations`` are the quasi-steady ones. ``laplace`` adds the impedance, its polynomial and the
+    closed form of the flutter speed.
+    """
+
+    def arguments(*matrices: sp.Matrix) -> list[str]:
+        return _arguments(configuration, *matrices)
+
     return render(
         "quasi_steady.py.j2",
         **_common(configuration, equations),
-        coalescence=coalescence(equations, configuration.nonlinear),
+        laplace=laplace,
+        coalescence=coalescence(equations, configuration.nonlinear) if laplace else None,
+        args=SimpleNamespace(
+            mass=arguments(equations.M),
+            damping=arguments(equations.C1),
+            air=arguments(equations.K0),
+            springs=arguments(equations.S),
+        ),
     )
 
 

@@ -94,7 +94,7 @@ def _section(equations: SecondOrder) -> dict[str, Any]:
         "dimensional": [row.subs(motions) for row in lagrange(TYPICAL_SECTION)],
         "groups": list(TYPICAL_SECTION.groups.items()),
         "structure": structure(TYPICAL_SECTION),
-        "air": generalised_forces(shapes, TYPICAL_SECTION.pairings),
+        "air": generalised_forces(shapes),
         "eq": equations,
         "loads": [
             {"load": load, "air": air, "wake": wake}

@@ -12,11 +12,13 @@ R_ALPHA = sp.Symbol("r_alpha", positive=True)
 OMEGA_BAR = sp.Symbol("omega_bar", nonnegative=True)
 ZETA_ALPHA = sp.Symbol("zeta_alpha", real=True)
 ZETA_XI = sp.Symbol("zeta_xi", real=True)
+HEAVE_MASS = sp.Symbol("heave_mass", positive=True)
 SPEED = sp.Symbol("speed", positive=True)
 
 # dimensional quantities
 TIME = sp.Symbol("t", real=True)
 MASS = sp.Symbol("m", positive=True)
+MASS_IN_HEAVE = sp.Symbol("m_h", positive=True)
 STATIC_MOMENT = sp.Symbol("S", real=True)
 INERTIA = sp.Symbol("I_alpha", positive=True)
 SEMICHORD = sp.Symbol("b", positive=True)

@@ -10,19 +10,26 @@ midchord. Its downwash is w(x)/V = sum_j (Z_j' q_j + Z_j dq_j/dtau). Two flows m
   gives 2 rho V^2 [W sqrt((1 - x)/(1 + x)) + w_eff x/sqrt(1 - x^2)], W being the effective downwash
   w_eff = (1/pi) int w (1 + cos(theta)) dtheta filtered by Wagner's function.
 
+A mode shape may begin behind the leading edge, as a flap does, with a corner there. The potential
+of such a shape is an infinite series, whose sum by n is
+
+    phi(theta) = (V b/pi) int w sin(theta') L dtheta',  L = sum (2/n) sin(n theta) sin(n theta')
+               = ln |sin((theta + theta')/2) / sin((theta - theta')/2)|
+
+At the corner itself it is elementary, because dL/dtheta' = sin(theta)/(cos(theta') - cos(theta))
+takes the logarithm out by parts. Where two shapes begin at one corner, the derivative of their
+pairing with respect to the corner's place has nothing but the potentials there in it.
+
 A new degree of freedom is one more mode shape; nothing here is specific to pitch and heave.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import sympy as sp
 
 from derive.symbols import THETA, X
-
-Pairings = Mapping[tuple[str, str], sp.Expr]
 
 
 @dataclass(frozen=True)
@@ -31,12 +38,10 @@ class Shape:
 
     polynomial: sp.Expr
     start: sp.Expr = field(default=sp.Integer(-1))
-    name: str = ""
 
     def slope(self) -> Shape:
         """Chordwise derivative; the shape is continuous at ``start``, so no impulse appears."""
-        name = f"{self.name}'" if self.name else ""
-        return Shape(sp.diff(self.polynomial, X), self.start, name)
+        return Shape(sp.diff(self.polynomial, X), self.start)
 
     @property
     def whole_chord(self) -> bool:
@@ -45,34 +50,33 @@ class Shape:
 
     def integrate(self, weight: sp.Expr) -> sp.Expr:
         """Integral of Z(cos theta) weight(theta) over the part of the chord it covers."""
-        integrand = sp.expand(self.polynomial.subs(X, sp.cos(THETA)) * weight)
-        if self.whole_chord:
-            return _trigonometric_integral(integrand, sp.pi)
+        integrand = self.polynomial.subs(X, sp.cos(THETA)) * weight
         return _trigonometric_integral(integrand, sp.acos(self.start))
 
 
 def _trigonometric_integral(integrand: sp.Expr, upper: sp.Expr) -> sp.Expr:
-    """Integral from 0 to ``upper`` of a polynomial in sines and cosines of multiples of theta.
+    """Integral from 0 to ``upper`` of a polynomial in theta and sines and cosines of multiples.
 
     Complex exponentials turn every product into a sum; what is left is real.
     """
     z = sp.Symbol("z")
-    exponential = sp.expand(integrand.rewrite(sp.exp)).subs(sp.exp(sp.I * THETA), z)
+    exponential = sp.expand(sp.expand(integrand).rewrite(sp.exp)).subs(sp.exp(sp.I * THETA), z)
+    polynomial = sp.Poly(sp.expand(exponential), THETA, z, 1 / z)
     total = sp.Integer(0)
-    for power, coefficient in _powers(sp.expand(exponential), z).items():
-        if power == 0:
-            total += coefficient * upper
-            continue
-        sine = sp.expand_trig(sp.sin(power * upper))
-        cosine = sp.expand_trig(sp.cos(power * upper))
-        total += coefficient * (sine - sp.I * (cosine - 1)) / power
+    for (power, up, down), coefficient in polynomial.terms():
+        total += coefficient * _exponential_integral(power, up - down, upper)
     return sp.expand(total)
 
 
-def _powers(expression: sp.Expr, z: sp.Symbol) -> dict[int, sp.Expr]:
-    """Coefficients of a Laurent polynomial in z."""
-    polynomial = sp.Poly(expression, z, 1 / z)
-    return {up - down: coefficient for (up, down), coefficient in polynomial.terms()}
+def _exponential_integral(power: int, n: int, upper: sp.Expr) -> sp.Expr:
+    """Integral from 0 to ``upper`` of theta^power exp(i n theta), by parts."""
+    if n == 0:
+        return upper ** (power + 1) / (power + 1)
+    end = sp.expand_trig(sp.cos(n * upper)) + sp.I * sp.expand_trig(sp.sin(n * upper))
+    if power == 0:
+        return (end - 1) / (sp.I * n)
+    rest = power * _exponential_integral(power - 1, n, upper)
+    return (upper**power * end - rest) / (sp.I * n)
 
 
 def potential(shape: Shape) -> sp.Expr:
@@ -88,20 +92,53 @@ def potential(shape: Shape) -> sp.Expr:
     )
 
 
-def pairing(source: Shape, receiver: Shape, known: Pairings) -> sp.Expr:
+def corner_potential(polynomial: sp.Expr, corner: sp.Expr) -> sp.Expr:
+    """Potential, over V b, at the corner where the downwash ``polynomial`` begins.
+
+    By parts, with Q a primitive of the polynomial q: sin(corner)/pi times the integral of
+    (Q(x) - Q(c))/(x - c) over theta. The logarithm drops out at both ends: it is zero at the
+    trailing edge, and Q(x) - Q(c) is at the corner.
+    """
+    place = sp.Symbol("x_c", real=True)
+    primitive = sp.integrate(polynomial, X)
+    ratio = sp.cancel((primitive - primitive.subs(X, place)) / (X - place))
+    integral = _trigonometric_integral(ratio.subs(X, sp.cos(THETA)), corner)
+    return sp.sin(corner) / sp.pi * integral.subs(place, sp.cos(corner))
+
+
+def pairing(source: Shape, receiver: Shape) -> sp.Expr:
     """Integral of phi[source] receiver over x, symmetric in its arguments (reciprocity).
 
-    Where both shapes start behind the leading edge the potential is an infinite series whose sum
-    is a matter of record (Theodorsen's T constants): it is looked up in ``known``.
+    Raises
+    ------
+    NotImplementedError
+        If both shapes begin behind the leading edge at two places.
     """
     if source.polynomial == 0 or receiver.polynomial == 0:
         return sp.Integer(0)
     if source.whole_chord:
         return receiver.integrate(potential(source) * sp.sin(THETA))
     if receiver.whole_chord:
-        return pairing(receiver, source, known)
-    first, second = sorted((source.name, receiver.name))
-    return known[first, second]
+        return pairing(receiver, source)
+    if source.start != receiver.start:
+        raise NotImplementedError("two corners: derive the pairing of flap and tab first")
+    return _corner_pairing(source.polynomial, receiver.polynomial, source.start)
+
+
+def _corner_pairing(first: sp.Expr, second: sp.Expr, start: sp.Expr) -> sp.Expr:
+    """Pairing of two shapes that begin at one corner, summed up from the trailing edge.
+
+    Moved ahead by dc, the corner adds to either shape a strip of its value there; so the pairing
+    grows by first(c) phi[second](c) + second(c) phi[first](c) a unit of length.
+    """
+    place = sp.cos(THETA)
+    corner = sp.Symbol("corner", real=True)
+
+    def growth(strip: sp.Expr, other: sp.Expr) -> sp.Expr:
+        return strip.subs(X, place) * corner_potential(other, corner).subs(corner, THETA)
+
+    integrand = (growth(first, second) + growth(second, first)) * sp.sin(THETA)
+    return _trigonometric_integral(integrand, sp.acos(start))
 
 
 @dataclass(frozen=True)
@@ -116,7 +153,7 @@ class ThinAirfoilForces:
     w_v: sp.Matrix
 
 
-def generalised_forces(shapes: tuple[Shape, ...], known: Pairings) -> ThinAirfoilForces:
+def generalised_forces(shapes: tuple[Shape, ...]) -> ThinAirfoilForces:
     """Virtual work of the two pressure fields on every mode shape (Fung 1955, section 6)."""
     n = len(shapes)
     slopes = [shape.slope() for shape in shapes]
@@ -127,7 +164,7 @@ def generalised_forces(shapes: tuple[Shape, ...], known: Pairings) -> ThinAirfoi
     wake = sp.Matrix([2 * shape.integrate(sp.cos(THETA)) for shape in shapes])
 
     def pairs(sources: list[Shape] | tuple[Shape, ...], receivers: list[Shape]) -> sp.Matrix:
-        return sp.Matrix(n, n, lambda i, j: 2 * pairing(sources[j], receivers[i], known))
+        return sp.Matrix(n, n, lambda i, j: 2 * pairing(sources[j], receivers[i]))
 
     whole = list(shapes)
     damping = pairs(slopes, whole) - pairs(whole, slopes) + wake * w_v

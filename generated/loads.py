@@ -5,7 +5,7 @@ A prime is d/dtau of nondimensional time tau = V t / b, q = (xi, alpha), and p i
 variable on tau. Equation numbers are those of the thesis; docs/derivation.md derives them. The
 parameters are
 
-    a_h          Elastic axis behind midchord, in semichords.
+    a_h            Elastic axis behind midchord, in semichords.
 
 """
 

@@ -12,13 +12,14 @@ spring is linear.
 The state is x = (xi, alpha, xi', alpha', z_1, ..., z_n).
 Equation numbers are those of the thesis; docs/derivation.md derives them. The parameters are
 
-    mu           Mass ratio m / (pi rho b^2).
-    a_h          Elastic axis behind midchord, in semichords.
-    x_alpha      Centre of mass behind the elastic axis, in semichords.
-    r_alpha      Radius of gyration about the elastic axis, in semichords.
-    omega_bar    Uncoupled heave frequency over uncoupled pitch frequency.
-    zeta_alpha   Damping ratio in pitch.
-    zeta_xi      Damping ratio in heave.
+    mu             Mass ratio m / (pi rho b^2).
+    a_h            Elastic axis behind midchord, in semichords.
+    x_alpha        Centre of mass behind the elastic axis, in semichords.
+    r_alpha        Radius of gyration about the elastic axis, in semichords.
+    omega_bar      Uncoupled heave frequency over uncoupled pitch frequency.
+    zeta_alpha     Damping ratio in pitch.
+    zeta_xi        Damping ratio in heave.
+    heave_mass     Mass that moves in heave, supports included, over m.
 
 """
 
@@ -35,12 +36,12 @@ COORDINATES = ("xi", "alpha")
 NONLINEAR = 1
 
 
-def structural_mass(x_alpha: float, r_alpha: float) -> Array:
+def structural_mass(x_alpha: float, r_alpha: float, heave_mass: float = 1.0) -> Array:
     """Mass matrix of the structure alone (equation 3.9).
 
     Parameters
     ----------
-    x_alpha, r_alpha : float
+    x_alpha, r_alpha, heave_mass : float
         Parameters of the section, listed at the head of this module.
 
     Returns
@@ -48,10 +49,10 @@ def structural_mass(x_alpha: float, r_alpha: float) -> Array:
     ndarray, shape (2, 2)
         Rows are equations, columns coordinates.
     """
-    # inputs: x_alpha, r_alpha
+    # inputs: x_alpha, r_alpha, heave_mass
     # outputs: equation 3.9
     mass = np.zeros((2, 2))
-    mass[0, 0] = 1.0
+    mass[0, 0] = heave_mass
     mass[0, 1] = x_alpha
     mass[1, 0] = x_alpha / r_alpha**2
     mass[1, 1] = 1.0
@@ -81,12 +82,14 @@ def apparent_mass(mu: float, a_h: float, r_alpha: float) -> Array:
     return mass
 
 
-def mass_matrix(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array:
+def mass_matrix(
+    mu: float, a_h: float, x_alpha: float, r_alpha: float, heave_mass: float = 1.0
+) -> Array:
     """Mass matrix M of structure and air (equations 3.9, 3.23-3.24).
 
     Parameters
     ----------
-    mu, a_h, x_alpha, r_alpha : float
+    mu, a_h, x_alpha, r_alpha, heave_mass : float
         Parameters of the section, listed at the head of this module.
 
     Returns
@@ -94,20 +97,22 @@ def mass_matrix(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array:
     ndarray, shape (2, 2)
         Rows are equations, columns coordinates.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha
-    structure = structural_mass(x_alpha, r_alpha)
+    # inputs: mu, a_h, x_alpha, r_alpha, heave_mass
+    structure = structural_mass(x_alpha, r_alpha, heave_mass)
     air = apparent_mass(mu, a_h, r_alpha)
 
     # outputs: sum
     return structure + air
 
 
-def mass_inverse(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array:
+def mass_inverse(
+    mu: float, a_h: float, x_alpha: float, r_alpha: float, heave_mass: float = 1.0
+) -> Array:
     """Inverse of the mass matrix, by its adjugate.
 
     Parameters
     ----------
-    mu, a_h, x_alpha, r_alpha : float
+    mu, a_h, x_alpha, r_alpha, heave_mass : float
         Parameters of the section, listed at the head of this module.
 
     Returns
@@ -115,9 +120,9 @@ def mass_inverse(mu: float, a_h: float, x_alpha: float, r_alpha: float) -> Array
     ndarray, shape (2, 2)
         Rows are coordinates, columns equations.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha
+    # inputs: mu, a_h, x_alpha, r_alpha, heave_mass
     # intermediate terms: entries of M
-    m_11 = 1.0 + 1.0 / mu
+    m_11 = heave_mass + 1.0 / mu
     m_12 = x_alpha - a_h / mu
     m_21 = x_alpha / r_alpha**2 - a_h / (mu * r_alpha**2)
     m_22 = 1.0 + (a_h**2 + 0.125) / (mu * r_alpha**2)
@@ -140,12 +145,13 @@ def damping_terms(
     omega_bar: float,
     zeta_alpha: float,
     zeta_xi: float,
+    heave_mass: float = 1.0,
 ) -> tuple[Array, Array]:
     """Noncirculatory aerodynamic and structural damping, C = C0 + C1/U.
 
     Parameters
     ----------
-    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass : float
         Parameters of the section, listed at the head of this module.
 
     Returns
@@ -153,7 +159,7 @@ def damping_terms(
     C0, C1 : ndarray, shape (2, 2)
         C0 of the air (first derivatives in equations 3.23-3.24), C1 of the structure (3.9).
     """
-    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi
+    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass
     # outputs: first derivatives in equations 3.23-3.24
     C0 = np.zeros((2, 2))
     C0[0, 1] = 1.0 / mu
@@ -161,17 +167,17 @@ def damping_terms(
 
     # outputs: equation 3.9
     C1 = np.zeros((2, 2))
-    C1[0, 0] = 2.0 * omega_bar * zeta_xi
+    C1[0, 0] = 2.0 * heave_mass * omega_bar * zeta_xi
     C1[1, 1] = 2.0 * zeta_alpha
     return C0, C1
 
 
-def spring_terms(omega_bar: float) -> Array:
+def spring_terms(omega_bar: float, heave_mass: float = 1.0) -> Array:
     """Springs, S F/U^2: what the moment of each adds to the equations (equation 3.9).
 
     Parameters
     ----------
-    omega_bar : float
+    omega_bar, heave_mass : float
         Parameters of the section, listed at the head of this module.
 
     Returns
@@ -179,20 +185,22 @@ def spring_terms(omega_bar: float) -> Array:
     ndarray, shape (2, 2)
         Rows are equations, columns springs in the order of the coordinates.
     """
-    # inputs: omega_bar
+    # inputs: omega_bar, heave_mass
     # outputs: equation 3.9
     S = np.zeros((2, 2))
-    S[0, 0] = omega_bar**2
+    S[0, 0] = heave_mass * omega_bar**2
     S[1, 1] = 1.0
     return S
 
 
-def stiffness_terms(omega_bar: float, springs: ArrayLike = NONLINEAR) -> Array:
+def stiffness_terms(
+    omega_bar: float, heave_mass: float = 1.0, springs: ArrayLike = NONLINEAR
+) -> Array:
     """Stiffness of the springs that are linear, K2/U^2.
 
     Parameters
     ----------
-    omega_bar : float
+    omega_bar, heave_mass : float
         Parameters of the section, listed at the head of this module.
     springs : int or array_like of int, shape (m,)
         Coordinates, by number, whose springs stand outside of A; the others are linear.
@@ -202,8 +210,8 @@ def stiffness_terms(omega_bar: float, springs: ArrayLike = NONLINEAR) -> Array:
     ndarray, shape (2, 2)
         S without the columns of the springs that stand outside.
     """
-    # inputs: omega_bar, springs
-    K2 = spring_terms(omega_bar)
+    # inputs: omega_bar, heave_mass, springs
+    K2 = spring_terms(omega_bar, heave_mass)
 
     # outputs: linear springs
     K2[:, np.asarray(springs, dtype=int)] = 0.0
@@ -250,13 +258,14 @@ def state_terms(
     zeta_xi: float,
     a: ArrayLike,
     b: ArrayLike,
+    heave_mass: float = 1.0,
     springs: ArrayLike = NONLINEAR,
 ) -> tuple[Array, Array, Array, Array, Array]:
     """First-order form x' = A x - B F(C x) with any number of lag states.
 
     Parameters
     ----------
-    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass : float
         Parameters of the section, listed at the head of this module.
     a, b : array_like, shape (n,)
         Indicial function 1 - sum a_i exp(-b_i tau).
@@ -272,17 +281,18 @@ def state_terms(
     C : ndarray, shape (m, 4 + n)
         Rows that pick the coordinates of the springs; a vector likewise.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, a, b, springs
+    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass, a, b, springs
     a, b = np.asarray(a, dtype=float).ravel(), np.asarray(b, dtype=float).ravel()
-    C0, C1 = damping_terms(mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi)
-    K2 = stiffness_terms(omega_bar, springs)
+    C0, C1 = damping_terms(mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass)
+    K2 = stiffness_terms(omega_bar, heave_mass, springs)
     g, w_q, w_v = circulatory(mu, a_h, r_alpha)
 
     # intermediate terms
-    inverse = mass_inverse(mu, a_h, x_alpha, r_alpha)
+    inverse = mass_inverse(mu, a_h, x_alpha, r_alpha, heave_mass)
     lift = inverse @ g
     direct = 1.0 - a.sum()
-    push = (inverse @ spring_terms(omega_bar))[:, np.asarray(springs, dtype=int)]
+    free = np.asarray(springs, dtype=int)
+    push = inverse @ spring_terms(omega_bar, heave_mass)[:, free]
     q, v, z = slice(0, 2), slice(2, 4), slice(4, 4 + a.size)
 
     # outputs: equation 3.9 with lag states
@@ -300,7 +310,7 @@ def state_terms(
     A2[v, q] = -inverse @ K2
     B2 = np.zeros((len(A0), *push.shape[1:]))
     B2[v] = push
-    C = np.eye(len(A0))[np.asarray(springs, dtype=int)]
+    C = np.eye(len(A0))[free]
     return A0, A1, A2, B2, C
 
 
@@ -317,12 +327,13 @@ def impedance(
     speed: ArrayLike,
     stiffness: ArrayLike,
     p: ArrayLike,
+    heave_mass: float = 1.0,
 ) -> NDArray[np.complex128]:
     """B(p) of B(p) q = 0 for the spring F = N alpha (equations 3.10, 3.21-3.22).
 
     Parameters
     ----------
-    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass : float
         Parameters of the section, listed at the head of this module.
     a, b : array_like, shape (n,)
         Indicial function 1 - sum a_i exp(-b_i tau).
@@ -338,8 +349,8 @@ def impedance(
     ndarray of complex, shape (..., 2, 2)
         Leading axes are those of speed, stiffness and p broadcast together.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, a, b
-    C0, C1 = damping_terms(mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi)
+    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass, a, b
+    C0, C1 = damping_terms(mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass)
     g, w_q, w_v = circulatory(mu, a_h, r_alpha)
     U, N, s = np.broadcast_arrays(speed, stiffness, np.asarray(p, dtype=complex))
     phi = _deficiency(s, a, b)[..., None, None]
@@ -347,11 +358,12 @@ def impedance(
 
     # intermediate terms: springs, one of them of stiffness N, and downwash
     slopes = np.where(np.arange(2) == NONLINEAR, N, 1.0)
-    stiffness_2 = spring_terms(omega_bar) * slopes
+    stiffness_2 = spring_terms(omega_bar, heave_mass) * slopes
     downwash = w_q + s * w_v
 
     # outputs: equation 3.10
-    inertia = s**2 * mass_matrix(mu, a_h, x_alpha, r_alpha) + s * (C0 + C1 / U)
+    mass = mass_matrix(mu, a_h, x_alpha, r_alpha, heave_mass)
+    inertia = s**2 * mass + s * (C0 + C1 / U)
     return np.asarray(inertia + stiffness_2 / U**2 + phi * g[:, None] * downwash)
 
 
@@ -367,6 +379,7 @@ def characteristic_coefficients(
     b: ArrayLike,
     speed: ArrayLike,
     stiffness: ArrayLike,
+    heave_mass: float = 1.0,
 ) -> NDArray[Any]:
     """Coefficients of det B(p) prod (p + b_i), descending powers of p (section 4.3).
 
@@ -374,7 +387,7 @@ def characteristic_coefficients(
 
     Parameters
     ----------
-    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi : float
+    mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass : float
         Parameters of the section, listed at the head of this module.
     a, b : array_like, shape (n,)
         Indicial function 1 - sum a_i exp(-b_i tau).
@@ -389,19 +402,20 @@ def characteristic_coefficients(
         First axis as numpy.polyval takes it, the others those of speed and stiffness broadcast
         together. Complex where the stiffness is.
     """
-    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, a, b, speed, stiffness
+    # inputs: mu, a_h, x_alpha, r_alpha, omega_bar, zeta_alpha, zeta_xi, heave_mass, a, b, speed,
+    # stiffness
     a, b = np.asarray(a, dtype=float).ravel(), np.asarray(b, dtype=float).ravel()
     speed, stiffness = np.broadcast_arrays(np.asarray(speed, dtype=float), stiffness)
 
     # intermediate terms: entries of M, C, K, g, w_q and w_v
-    m_11 = 1.0 + 1.0 / mu
+    m_11 = heave_mass + 1.0 / mu
     m_12 = x_alpha - a_h / mu
     m_21 = x_alpha / r_alpha**2 - a_h / (mu * r_alpha**2)
     m_22 = 1.0 + (a_h**2 + 0.125) / (mu * r_alpha**2)
-    c_11 = 2.0 * omega_bar * zeta_xi / speed
+    c_11 = 2.0 * heave_mass * omega_bar * zeta_xi / speed
     c_12 = 1.0 / mu
     c_22 = 2.0 * zeta_alpha / speed + (0.5 - a_h) / (mu * r_alpha**2)
-    k_11 = omega_bar**2 / speed**2
+    k_11 = heave_mass * omega_bar**2 / speed**2
     k_22 = stiffness / speed**2
     g_1 = 2.0 / mu
     g_2 = (-2.0 * a_h - 1.0) / (mu * r_alpha**2)

@@ -31,7 +31,11 @@ def _equations() -> SecondOrder:
 
 
 def published_equations() -> None:
-    """Compare with equations 3.9 and 3.23-3.24 as they are printed (Fung 1955)."""
+    """Compare with equations 3.9 and 3.23-3.24 as they are printed (Fung 1955).
+
+    In print all the mass pitches; supports add to the inertia, and to what a heave frequency and a
+    damping ratio mean, in heave alone.
+    """
     xi, alpha, W = (sp.Function(name)(s.TAU) for name in ("xi", "alpha", "W"))
     F = sp.Symbol("F")
     arm = HALF - s.A_H
@@ -41,8 +45,8 @@ def published_equations() -> None:
     C_M = sp.pi * (HALF + s.A_H) * W
     C_M += sp.pi / 2 * (inertia - arm * alpha.diff(s.TAU) - alpha.diff(s.TAU, 2) / 8)
     ratio = s.OMEGA_BAR / s.SPEED
-    heave = xi.diff(s.TAU, 2) + s.X_ALPHA * alpha.diff(s.TAU, 2)
-    heave += 2 * s.ZETA_XI * ratio * xi.diff(s.TAU) + ratio**2 * xi + C_L / (sp.pi * s.MU)
+    heave = xi.diff(s.TAU, 2) + 2 * s.ZETA_XI * ratio * xi.diff(s.TAU) + ratio**2 * xi
+    heave = s.HEAVE_MASS * heave + s.X_ALPHA * alpha.diff(s.TAU, 2) + C_L / (sp.pi * s.MU)
     pitch = s.X_ALPHA / s.R_ALPHA**2 * xi.diff(s.TAU, 2) + alpha.diff(s.TAU, 2)
     pitch += 2 * s.ZETA_ALPHA / s.SPEED * alpha.diff(s.TAU) + F / s.SPEED**2
     pitch -= 2 * C_M / (sp.pi * s.MU * s.R_ALPHA**2)

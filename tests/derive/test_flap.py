@@ -6,6 +6,7 @@ Theodorsen's constants T1 to T13 as in NACA Report 496 (1935); matrices as in Co
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -15,9 +16,12 @@ import sympy as sp
 
 from derive import symbols as s
 from derive.equations import SecondOrder, second_order
-from derive.flap import C_HINGE, SECTION_WITH_FLAP, theodorsen_constants
+from derive.flap import C_HINGE, FLAP, SECTION_WITH_FLAP
 from derive.modules import section_module
 from derive.proofs import emitted
+from derive.proofs import flap as flap_proofs
+from derive.proofs.flap import theodorsen_constants
+from derive.proofs.same import ProofError
 from derive.thin_airfoil import Shape, generalised_forces, pairing
 
 PLACES = [(-0.5, 0.5), (-0.4, 0.3), (0.2, -0.1)]
@@ -31,7 +35,7 @@ def equations() -> SecondOrder:
 @cache
 def air() -> Any:
     shapes = tuple(coordinate.shape for coordinate in SECTION_WITH_FLAP.coordinates)
-    return generalised_forces(shapes, SECTION_WITH_FLAP.pairings)
+    return generalised_forces(shapes)
 
 
 def constants(a: float, c: float) -> dict[int, float]:
@@ -109,14 +113,16 @@ def test_looked_up_constants_are_sums_of_the_series(c: float) -> None:
 
 def test_reciprocity() -> None:
     """A hinge at the leading edge makes the flap the whole chord, turned about its nose."""
-    flap = Shape(s.X - C_HINGE, start=C_HINGE, name="beta")
+    flap = Shape(s.X - C_HINGE, start=C_HINGE)
     whole = Shape(s.X + 1)
     heave = Shape(sp.Integer(1))
-    one_way = pairing(heave, flap, {}).subs(C_HINGE, -1)
-    assert sp.simplify(one_way - pairing(heave, whole, {})) == 0
-    assert sp.simplify(pairing(flap, heave, {}) - pairing(heave, flap, {})) == 0
-    with pytest.raises(KeyError):
-        pairing(flap, flap, {})
+    one_way = pairing(heave, flap).subs(C_HINGE, -1)
+    assert sp.simplify(one_way - pairing(heave, whole)) == 0
+    assert sp.simplify(pairing(flap, heave) - pairing(heave, flap)) == 0
+    both_ways = pairing(flap, flap).subs(C_HINGE, -1)
+    assert sp.simplify(both_ways - pairing(whole, whole)) == 0
+    with pytest.raises(NotImplementedError, match="two corners"):
+        pairing(flap, Shape(s.X - 1, start=sp.Rational(9, 10)))
 
 
 def test_section_is_the_corner_of_the_flapped_one() -> None:
@@ -166,3 +172,99 @@ def test_locked_flap_flutters_as_the_section_does() -> None:
         return float(slow.real.max())
 
     assert abs(brentq(growth, 5.0, 7.0) - 6.28509) < 1e-4
+
+
+def _double_exponential(low: Any, high: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights on (low, high) that take an integrable singularity at either end."""
+    t = np.linspace(-3.4, 3.4, 161)
+    x = np.tanh(np.pi / 2 * np.sinh(t))
+    weight = np.pi / 2 * np.cosh(t) / np.cosh(np.pi / 2 * np.sinh(t)) ** 2 * (t[1] - t[0])
+    low, high = np.asarray(low)[..., None], np.asarray(high)[..., None]
+    return (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weight
+
+
+@pytest.mark.parametrize("c", [-0.9, -0.4, 0.0, 0.35, 0.5, 0.8, 0.95])
+def test_corner_pairings_by_quadrature(c: float) -> None:
+    """The double integral with its logarithm, over flaps of any size: T5, T2 and T3 to 1e-12."""
+    top = np.arccos(c)
+    here, outer = _double_exponential(0.0, top)
+    total = {}
+    for low, high in ((np.zeros_like(here), here), (here, np.full_like(here, top))):
+        there, inner = _double_exponential(low, high)
+        ends = (np.abs(np.sin((here[:, None] + sign * there) / 2)) for sign in (1, -1))
+        up, down = (np.maximum(end, 1e-300) for end in ends)  # nodes may round to an end
+        kernel = np.log(up / down) / np.pi
+        weight = outer[:, None] * inner * np.sin(here)[:, None] * np.sin(there) * kernel
+        for name, left, right in (
+            ("step on step", 1.0, 1.0),
+            ("step on ramp", 1.0, np.cos(there) - c),
+            ("ramp on ramp", np.cos(here)[:, None] - c, np.cos(there) - c),
+        ):
+            total[name] = total.get(name, 0.0) + float(np.sum(weight * left * right))
+    ramp = FLAP.shape
+    step = ramp.slope()
+    for name, pair in (
+        ("step on step", (step, step)),
+        ("step on ramp", (step, ramp)),
+        ("ramp on ramp", (ramp, ramp)),
+    ):
+        derived = float(pairing(*pair).subs(C_HINGE, sp.Float(c, 30)))
+        assert abs(total[name] - derived) < 1e-12, name
+
+
+@pytest.mark.parametrize("c", [-0.9, 0.0, 0.5, 0.95])
+def test_loads_on_whole_chord_shapes_by_quadrature(c: float) -> None:
+    """What a flap does to heave and pitch: single integrals of their smooth potentials."""
+    a = -0.3
+    theta, weight = _double_exponential(0.0, np.arccos(c))
+    x, root = np.cos(theta), np.sin(theta)
+    # potentials over V b of the downwashes 1 and x - a on the whole chord (Theodorsen 1935)
+    heave, pitch = root, root * (x / 2 - a)
+    values = air().mass.subs({s.A_H: a, C_HINGE: sp.Float(c, 30)}).evalf(20)
+    for row, potential in enumerate((heave, pitch)):
+        direct = 2 * np.sum(weight * root * (x - c) * potential)
+        assert abs(float(values[row, 2]) - direct) < 1e-12
+        assert abs(float(values[2, row]) - direct) < 1e-12
+    rear = np.sum(weight * (1 + x) * (x - c)) / np.pi
+    assert abs(float(air().w_v.subs(C_HINGE, sp.Float(c, 30))[0, 2]) - rear) < 1e-12
+
+
+KINETIC = SECTION_WITH_FLAP.kinetic
+_RATES = [coordinate.displacement.diff() for coordinate in SECTION_WITH_FLAP.coordinates]
+
+
+@pytest.mark.parametrize("pair", [(0, 1), (0, 2), (1, 2), (2, 2)])
+def test_wrong_coupling_is_noticed(pair: tuple[int, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every term of the kinetic energy, doubled, the static moment of the flap among them."""
+    product = _RATES[pair[0]] * _RATES[pair[1]]
+    coefficient = sp.expand(KINETIC).coeff(product)
+    assert coefficient != 0
+    wrong = replace(SECTION_WITH_FLAP, kinetic=KINETIC + coefficient * product)
+    monkeypatch.setattr(flap_proofs, "SECTION_WITH_FLAP", wrong)
+    with pytest.raises(ProofError, match="kinetic energy"):
+        flap_proofs.inertia()
+
+
+def test_inertia_of_two_plates() -> None:
+    """Emitted mass matrix against integrals over a wing and a flap of given mass per length."""
+    module = emitted.load("flap", section_module(SECTION_WITH_FLAP, equations(), laplace=False))
+    a, c, supports = -0.3, 0.4, 0.7
+    x, weight = np.polynomial.legendre.leggauss(20)
+    wing, flap = (-1 + (c + 1) * (x + 1) / 2), (c + (1 - c) * (x + 1) / 2)
+    places = np.concatenate([wing, flap])
+    masses = np.concatenate([3.0 * weight * (c + 1) / 2, 1.1 * weight * (1 - c) / 2])
+    shapes = np.array([np.ones(40), places - a, np.where(places > c, places - c, 0.0)])
+    whole = masses.sum()
+    energy = (shapes * masses) @ shapes.T / whole
+    found = module.structural_mass(
+        a_h=a,
+        x_alpha=energy[0, 1],
+        r_alpha=np.sqrt(energy[1, 1]),
+        c_h=c,
+        x_beta=energy[0, 2],
+        r_beta=np.sqrt(energy[2, 2]),
+        heave_mass=1.0 + supports,
+    )
+    energy[0, 0] += supports
+    scales = np.array([1.0, energy[1, 1], energy[2, 2]])
+    np.testing.assert_allclose(found * scales[:, None], energy, rtol=1e-13)
