@@ -16,6 +16,8 @@ _EXPORTS = {
     "AeroflutterError": "errors",
     "ConvergenceError": "errors",
     "InputError": "errors",
+    "Flap": "model.section",
+    "FlapSI": "model.section",
     "Scale": "model.section",
     "TypicalSection": "model.section",
     "QuasiSteady": "model.aerodynamics",

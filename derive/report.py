@@ -13,7 +13,8 @@ from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import TYPICAL_SECTION
 from derive.emit import environment
-from derive.equations import SecondOrder, lagrange, structure
+from derive.equations import SecondOrder, lagrange, second_order, structure
+from derive.flap import C_HINGE, FLAP, OMEGA_BETA_BAR, SECTION_WITH_FLAP
 from derive.modules import load_row
 from derive.proofs.same import Proof
 from derive.state_space import (
@@ -23,11 +24,13 @@ from derive.state_space import (
     indicial,
     indicial_symbols,
 )
-from derive.thin_airfoil import generalised_forces
+from derive.thin_airfoil import generalised_forces, pairing
 
 _NAMES = {
     s.SPEED: "U",
     s.OMEGA_BAR: r"\bar\omega",
+    s.HEAVE_MASS: r"\tfrac{m_h}{m}",
+    OMEGA_BETA_BAR: r"\bar\omega_\beta",
     s.P: r"\bar p",
     s.STIFFNESS: "N",
     s.INERTIA: r"I_\alpha",
@@ -72,7 +75,8 @@ def report(
     """Text of ``docs/derivation.md``."""
     env = environment()
     env.filters["latex"] = latex
-    context = {**_section(equations), **_quasi_steady(quasi), **_describing(), **_houbolt()}
+    parts = (_section(equations), _flap(), _quasi_steady(quasi), _describing(), _houbolt())
+    context = {key: value for part in parts for key, value in part.items()}
     return env.get_template("derivation.md.j2").render(**context, proofs=proofs)
 
 
@@ -106,6 +110,32 @@ def _section(equations: SecondOrder) -> dict[str, Any]:
         "entries": [(names[symbol], value) for symbol, value in parts.entries],
         "P0": [coefficient.subs(names) for coefficient in parts.without_circulation],
         "P1": [coefficient.subs(names) for coefficient in parts.with_circulation],
+    }
+
+
+def _flap() -> dict[str, Any]:
+    names = {sp.acos(C_HINGE): sp.Symbol("theta_h"), sp.sqrt(1 - C_HINGE**2): sp.Symbol("s_h")}
+    step, ramp = FLAP.shape.slope(), FLAP.shape
+    pairs = ((r"-T_5/2\pi", step, step), (r"-T_2/2\pi", step, ramp), (r"-T_3/2\pi", ramp, ramp))
+    equations = second_order(SECTION_WITH_FLAP)
+    columns = (
+        ("M_s", equations.structural_mass),
+        ("M_a", equations.apparent_mass[:, 2]),
+        ("C_0", equations.C0),
+        ("K_0", equations.K0[:, 2]),
+        ("S", equations.S),
+        ("g", equations.g),
+        ("w_q", equations.w_q),
+        ("w_v", equations.w_v),
+    )
+    return {
+        "corner_pairings": [
+            (name, sp.expand(pairing(*pair)).xreplace(names)) for name, *pair in pairs
+        ],
+        "flap_matrices": [
+            (name if matrix.cols != 1 or name == "g" else rf"{name}\mathbf e_3", matrix)
+            for name, matrix in ((name, matrix.xreplace(names)) for name, matrix in columns)
+        ],
     }
 
 

@@ -4,27 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aeroflutter.errors import InputError
-from aeroflutter.generated import quasi_steady as _quasi_steady
-from aeroflutter.generated import section as _section
-from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
+from aeroflutter.model.aerodynamics import Aerodynamics, Wagner
+from aeroflutter.model.equations import COORDINATES, SectionTerms, coordinates, state_terms
 from aeroflutter.model.section import Scale, TypicalSection
 from aeroflutter.model.system import Real, System
 
-__all__ = [
-    "COORDINATES",
-    "Coordinate",
-    "Family",
-    "FixedModel",
-    "SampledModel",
-    "SectionModel",
-    "SectionTerms",
-]
+__all__ = ["Family", "FixedModel", "SampledModel", "SectionModel"]
 
 Matrices = tuple[Real, Real, Real, Real]
 
@@ -66,30 +57,6 @@ class Family(Protocol):
     def derivative(self, speeds: ArrayLike) -> Matrices: ...
 
 
-class Coordinate(NamedTuple):
-    """A degree of freedom of the section: its state, and the unit of its spring's output."""
-
-    state: str
-    unit: str
-
-
-COORDINATES = {
-    "heave": Coordinate("xi", "semichord"),
-    "pitch": Coordinate("alpha", "rad"),
-}
-"""Coordinates in the order of the states."""
-
-
-class SectionTerms(NamedTuple):
-    """``A(U) = A0 + A1/U + A2/U^2``, ``B(U) = B2/U^2`` and ``C``."""
-
-    A0: Real
-    A1: Real
-    A2: Real
-    B2: Real
-    C: Real
-
-
 @dataclass(frozen=True, eq=False)
 class SectionModel:
     """The typical section with springs in chosen coordinates, at every speed.
@@ -102,8 +69,8 @@ class SectionModel:
     aerodynamics : Wagner or QuasiSteady
     springs : sequence of str
         Coordinates whose springs stand outside of ``A``, one an output, in this order:
-        ``"pitch"``, ``"heave"``. One that is named twice carries two springs. The spring of every
-        other coordinate is linear, of its nominal stiffness.
+        ``"pitch"``, ``"heave"``, ``"flap"``. One that is named twice carries two springs. The
+        spring of every other coordinate is linear, of its nominal stiffness.
 
     Raises
     ------
@@ -113,9 +80,9 @@ class SectionModel:
     Notes
     -----
     A spring of unit slope has the nominal stiffness of its coordinate. Moments are measured in the
-    unit of the coordinate: radians of pitch, semi-chords of heave. The default search range is
-    0.02 to 20 times ``r_alpha sqrt(mu)``, the speed at which the dynamic pressure balances the
-    pitch stiffness.
+    unit of the coordinate: radians of pitch and flap, semi-chords of heave. The default search
+    range is 0.02 to 20 times ``r_alpha sqrt(mu)``, the speed at which the dynamic pressure
+    balances the pitch stiffness.
     """
 
     section: TypicalSection
@@ -124,13 +91,13 @@ class SectionModel:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "springs", tuple(self.springs))
-        known = list(COORDINATES)
+        known = coordinates(self.section)
         unknown = [name for name in self.springs if name not in known]
         if unknown:
             allowed = " or ".join(known)
             raise InputError([f"springs: {unknown[0]!r} is no coordinate of it; use {allowed}"])
         numbers = tuple(known.index(name) for name in self.springs)
-        object.__setattr__(self, "_terms", _terms(self.section, self.aerodynamics, numbers))
+        object.__setattr__(self, "_terms", state_terms(self.section, self.aerodynamics, numbers))
 
     @property
     def terms(self) -> SectionTerms:
@@ -150,7 +117,7 @@ class SectionModel:
     @property
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
-        positions = [item.state for item in COORDINATES.values()]
+        positions = [COORDINATES[name].state for name in coordinates(self.section)]
         lags = len(self.terms.A0) - 2 * len(positions)
         rates = (f"{name}_rate" for name in positions)
         return (*positions, *rates, *(f"z{i + 1}" for i in range(lags)))
@@ -339,15 +306,3 @@ class FixedModel:
         """Zeros of the shapes of ``stack``."""
         A, B, C, d = (np.zeros(value.shape) for value in self.stack(speeds))
         return A, B, C, d
-
-
-def _terms(
-    section: TypicalSection, aerodynamics: Aerodynamics, springs: tuple[int, ...]
-) -> SectionTerms:
-    """The emitted matrices of a section."""
-    names = ("mu", "a_h", "x_alpha", "r_alpha", "omega_bar", "zeta_alpha", "zeta_xi")
-    values = {name: getattr(section, name) for name in names}
-    if isinstance(aerodynamics, QuasiSteady):
-        return SectionTerms(*_quasi_steady.state_terms(**values, springs=springs))
-    lags = {"a": np.array(aerodynamics.a), "b": np.array(aerodynamics.b)}
-    return SectionTerms(*_section.state_terms(**values, **lags, springs=springs))
