@@ -11,7 +11,7 @@ UV ?= uv
 PIP_LOCKED := --quiet --disable-pip-version-check --require-hashes --no-deps
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow reference reproduce derive check-derive lint format bench docs wheel lock clean
+.PHONY: help setup demo test test-slow mutants reference reproduce derive check-derive lint format bench docs wheel lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -42,6 +42,9 @@ reproduce: setup ## the thesis's figures and tables by their own numbers, in out
 
 test-slow: setup ## run the heavier proofs as well
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto -m "slow or not slow"
+
+mutants: setup ## apply known mistakes one by one and see that the tests notice
+	$(BIN)/python -m tests.mutants
 
 reference: setup ## check the exact engine against heyoka (installs the extra "reference")
 	$(BIN)/python -m pip install $(PIP_LOCKED) -r requirements/reference.txt

@@ -15,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aeroflutter.guarantees.bounds import Bounds, mean_square_bounds, supremum_bounds
-from aeroflutter.guarantees.law import Law, law_of
+from aeroflutter.guarantees.law import Law, Unfit, law_of
 from aeroflutter.guarantees.loop import LoopSamples, sample_loop
 from aeroflutter.guarantees.region import find_regions
 from aeroflutter.model.lure import FixedFamily, LureSystem, SectionFamily
 from aeroflutter.model.section import TypicalSection
-from aeroflutter.springs import Cubic, Freeplay, Spring, Table
+from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table
 
 SECTION = SectionFamily(TypicalSection(omega_bar=0.8))
 SAMPLES = 1 << 13
@@ -269,3 +269,29 @@ def test_a_bound_that_is_large_inside_the_rim_is_seen() -> None:
         return np.where((size > 3e-4) & (size < 8e-4), 5e-3, 1e-3)
 
     assert region(bound).radius[0] > 5e-3
+
+
+# --- laws -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "spring",
+    [
+        Table((-3.0, -2.0, -1.0, 1.005, 2.0, 3.0), (-2.0, -1.0, -0.5, 0.5, 1.0, 2.0)),
+        Table((-1.0, 0.5, 1.5, 3.0), (-1.5, 0.0, 0.0, 1.503)),
+        Bilinear(1e-3, 0.0, -0.25, 0.5),
+        Hysteresis(1.0, 0.2, 1e-3),
+    ],
+    ids=["place", "slope", "moment", "loop"],
+)
+def test_a_law_that_is_all_but_odd_about_a_centre_is_not_bounded(spring: Spring) -> None:
+    with pytest.raises(Unfit):
+        law_of(SECTION, spring)
+
+
+def test_a_centre_that_a_moment_has_to_hold_is_not_bounded() -> None:
+    """1/G(0) is small ahead of the quarter chord, and not zero."""
+    family = SectionFamily(TypicalSection(omega_bar=0.8, a_h=-0.4999))
+    with pytest.raises(Unfit):
+        law_of(family, Freeplay(1.0, 0.3))
+    assert law_of(family, Freeplay(1.0)).centre == 0.0

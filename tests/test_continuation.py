@@ -217,3 +217,18 @@ def test_every_bad_option_is_named() -> None:
     assert [line.split(":")[0] for line in lines] == ["step", "tolerance", "scale", "low, high"]
     with pytest.raises(InputError, match="min_step, max_step"):
         ContinuationOptions(step=1.0, max_step=0.5)
+
+
+def test_a_near_miss_of_the_start_does_not_close_the_curve() -> None:
+    """A helix of pitch 2π ε comes back to within it of its start, turn after turn."""
+    slow = 1e-5
+    helix = Curve(
+        lambda x: [x[0] - np.cos(x[2] / slow), x[1] - np.sin(x[2] / slow)],
+        lambda x: [[1.0, 0.0, np.sin(x[2] / slow) / slow], [0.0, 1.0, -np.cos(x[2] / slow) / slow]],
+    )
+    walk = Walk(helix, [1.0, 0.0, 0.0], [0.0, 1.0, slow], ContinuationOptions(max_states=300))
+    x = np.array([state.x for state in walk])
+    turns = x[:, 2] / (2 * np.pi * slow)
+    assert not walk.closed
+    assert turns[-1] > 2
+    assert 1e-5 < 2 * np.pi * slow < 1e-4  # what it misses by

@@ -383,3 +383,21 @@ def test_what_cannot_be_done_is_refused() -> None:
         cycles_at(section(), Freeplay(1.0), 1e9)
     with pytest.raises(InputError, match=r"points: .*\n.*max_step: "):
         CycleOptions(points=1, max_step=-1.0)
+
+
+@pytest.mark.parametrize(("run", "tori"), [("run6", 1), ("run14", 0)])
+def test_only_a_complex_pair_on_the_unit_circle_is_neimark_sacker(run: str, tori: int) -> None:
+    """A pair passes the product one on either branch; run 14's is real, a neutral saddle."""
+    case = load_case(run)
+    found = limit_cycles(case.family(), case.spring, QUICK)
+    products = []
+    for cycle in found.cycles:
+        others = cycle.multipliers[1:]
+        i, j = np.triu_indices(others.size, 1)
+        products.append(np.prod(1 - others[i] * others[j]).real)
+    assert min(products) < -1e-4 < 1e-4 < max(products)
+    events = [event.cycle for event in found.bifurcations if event.kind == "neimark-sacker"]
+    assert len(events) == tori
+    for cycle in events:
+        complex_pair = cycle.multipliers[np.abs(cycle.multipliers.imag) > 1e-3]
+        assert np.sum(np.abs(np.abs(complex_pair) - 1) < 1e-7) == 2

@@ -4,6 +4,7 @@ import control
 import numpy as np
 import oracles
 import pytest
+import scipy.optimize
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_lure import random_section
@@ -20,6 +21,8 @@ from aeroflutter.orbits.describing import (
     describing_curve,
     describing_intersections,
 )
+from aeroflutter.orbits.describing.balance import Balance
+from aeroflutter.orbits.describing.stability import stability
 from aeroflutter.results.dataset import to_dataset
 from aeroflutter.springs import Cubic, Freeplay, Hysteresis, Table
 from aeroflutter.springs.control_adapter import SpringNonlinearity
@@ -298,3 +301,77 @@ def test_curve_as_a_dataset():
     assert data["amplitude_deg"].attrs["units"] == "degree"
     assert data.attrs["onset_speed_ratio"] == pytest.approx(0.9215, rel=1e-3)  # the exact onset
     assert "delta_v_deg" in data.attrs["case"]
+
+
+class Beside:
+    """A section with an independent block beside it, which neither drives nor is driven."""
+
+    def __init__(self, block):
+        self.block = np.atleast_2d(block)
+        self.c = np.concatenate((HEAVY.c, np.zeros(len(self.block))))
+        self.state_names = (*HEAVY.state_names, *("aside",) * len(self.block))
+        self.search_range = HEAVY.search_range
+
+    def _joined(self, A, b, block):
+        n, m = A.shape[-1], len(block)
+        wide = np.zeros((*A.shape[:-2], n + m, n + m))
+        wide[..., :n, :n], wide[..., n:, n:] = A, block
+        return wide, np.concatenate((b, np.zeros((*b.shape[:-1], m))), axis=-1)
+
+    def stack(self, speeds):
+        return self._joined(*HEAVY.stack(speeds), self.block)
+
+    def derivative(self, speeds):
+        return self._joined(*HEAVY.derivative(speeds), 0 * self.block)
+
+    def at(self, speed):
+        A, b = self.stack(np.asarray(speed))
+        return LureSystem(A, b, self.c)
+
+
+@pytest.mark.parametrize(
+    ("block", "others", "bias_stable"),
+    [
+        ([[-0.1]], 0, True),
+        ([[0.02, 1.0], [-1.0, 0.02]], 1, True),  # another oscillation that grows
+        ([[0.02, 0.0], [0.0, 0.03]], 1, True),  # one that has turned into two real roots
+        ([[0.02]], 0, False),  # the mean runs away: left to the bias
+    ],
+    ids=["quiet", "pair", "split pair", "real"],
+)
+def test_whatever_else_grows_makes_a_cycle_unstable(block, others, bias_stable):
+    """What stands aside changes neither the cycle nor how its root drifts."""
+    spring = Hysteresis(1.0, 0.2)
+    at = describing_at(HEAVY, spring, [1.0, 3.0])
+    balance = Balance(Beside(block), spring, biased=False)
+    y = balance.pack(at.amplitude, at.bias, at.speed, at.k)
+    found = stability(balance, y, spring.describing(at.amplitude, at.bias))
+    assert np.all(found.drift < 0)
+    np.testing.assert_allclose(found.drift, at.drift, rtol=1e-9)
+    np.testing.assert_array_equal(found.others, others)
+    assert np.all(found.bias_stable == bias_stable)
+    assert np.all(found.stable == (others == 0 and bias_stable))
+
+
+def test_the_bias_follows_the_amplitude_of_a_root_that_drifts():
+    """d Re p/d ln A with the mean balanced anew at either amplitude, one matrix at a time."""
+    family = SectionFamily(TypicalSection(omega_bar=0.5, a_h=-0.4))
+    spring = Hysteresis(0.6, 1.0, 0.1, 0.2)
+    found = describing_at(
+        family, spring, [1.2, 2.0], DescribingOptions(speed_ratio_range=(0.4, 1.1))
+    )
+    assert found.speed.size > 1
+
+    def mean_load(bias, load, amplitude):
+        return load * bias + float(spring.describing(amplitude, bias).F0)
+
+    for A, B, U, k, drift in zip(
+        found.amplitude, found.bias, found.speed, found.k, found.drift, strict=True
+    ):
+        system = family.at(U)
+        load, growth = float(system.inverse_transfer(0.0).real), []
+        for amplitude in (A * (1 - 1e-5), A * (1 + 1e-5)):
+            bias = scipy.optimize.newton(mean_load, B, args=(load, amplitude), tol=1e-14)
+            roots = np.linalg.eigvals(system.closed(complex(spring.describing(amplitude, bias).N)))
+            growth.append(roots[np.argmin(np.abs(roots - 1j * k))].real)
+        assert drift == pytest.approx((growth[1] - growth[0]) / 2e-5, rel=1e-5)

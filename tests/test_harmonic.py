@@ -353,3 +353,17 @@ def test_too_few_harmonics_say_how_much_they_leave_out() -> None:
 def test_what_to_hold_is_speed_or_amplitude() -> None:
     with pytest.raises(InputError, match="hold"):
         solve_cycle(SECTION[0.2], Freeplay(1.0), sinusoid(1.0, 0.0, 0.1, 3.0), hold="k")
+
+
+@pytest.mark.parametrize(("run", "tori"), [("run6", 1), ("run14", 0)])
+def test_only_a_complex_pair_on_the_unit_circle_is_neimark_sacker(run: str, tori: int) -> None:
+    """A pair passes the product one on either branch; run 14's is real, a neutral saddle."""
+    case = load_case(run)
+    branch = harmonic_balance(case.family(), case.spring, HarmonicOptions(harmonics=9))
+    products = []
+    for row in branch.multipliers:
+        others = row[np.isfinite(row)][1:]
+        i, j = np.triu_indices(others.size, 1)
+        products.append(np.prod(1 - others[i] * others[j]).real)
+    assert min(products) < -1e-4 < 1e-4 < max(products)
+    assert sum(event.kind == "neimark-sacker" for event in branch.bifurcations) == tori

@@ -260,3 +260,30 @@ def test_an_empty_range_is_refused():
         root_locus(family, RootLocusOptions(low=5.0, high=4.0))
     with pytest.raises(InputError, match="positive finite"):
         root_locus(family, speeds=[1.0, -2.0])
+
+
+def with_stiffness(stiffness):
+    """p² + p/2 + stiffness(U) = 0: a real root passes through zero where the stiffness does."""
+
+    def system(speed):
+        return LureSystem(
+            np.array([[0.0, 1.0], [-stiffness(speed), -0.5]]),
+            np.array([0.0, 1e-9]),
+            np.array([1.0, 0.0]),
+        )
+
+    speeds = np.linspace(0.5, 4.0, 8)
+    return SampledFamily(speeds, [system(speed) for speed in speeds])
+
+
+def test_a_real_root_that_grows_is_divergence_and_not_flutter():
+    locus = root_locus(with_stiffness(lambda speed: 0.03 * (2.0 - speed)))
+    assert np.any(np.all(locus.roots.imag == 0, axis=1) & np.any(locus.roots.real > 0, axis=1))
+    assert locus.flutter is None
+    assert locus.crossings == ()
+
+
+def test_a_real_root_that_grows_from_the_start_is_no_oscillation():
+    locus = root_locus(with_stiffness(lambda speed: 0.03 * (speed - 2.0)))
+    assert not locus.unstable_at_low
+    assert locus.flutter is None

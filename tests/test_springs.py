@@ -390,3 +390,22 @@ def test_springs_are_values():
     assert len({Freeplay(1.0), Freeplay(1.0), Freeplay(2.0)}) == 2
     with pytest.raises(AttributeError):
         Freeplay(1.0).gap = 2.0
+
+
+@pytest.mark.parametrize(
+    "spring",
+    [
+        Table((-2, -1, 0, 1.001, 2), (-3, -1, 0, 1.001, 2.999)),
+        Table((-2, -1, 1, 2), (-3, -1, 1, 3.001)),
+        Table((-1, 0, 1), (-1, 0, 1.003)),
+        Bilinear(1e-3, 0.0, -0.25, 0.5),
+        Freeplay(1.0, 1e-3),
+        Hysteresis(1.0, 0.2, 1e-3),
+        Hysteresis(1.0, 0.2, 0.0, 1e-3),
+    ],
+)
+def test_a_spring_that_is_all_but_odd_is_not_odd(spring):
+    path = 3.0 * np.sin(np.linspace(0.01, 9.0, 400))
+    up, down = respond(spring, path)[0], respond(spring, -path)[0]
+    assert 1e-5 < np.max(np.abs(up + down)) < 1e-2
+    assert not spring.odd

@@ -11,28 +11,34 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @dataclass(frozen=True)
 class Mutant:
-    """One mistake: `old` becomes `new` in `file`, and one of `tests` must fail.
+    """One mistake: in `file` each text of `old` becomes its `new`, and one of `tests` must fail.
 
-    `compiled` says that kernels run compiled; they run as plain Python otherwise, which is faster
-    where a test is small.
+    There are several of them where either of two guards alone is enough. `compiled` says that
+    kernels run compiled; they run as plain Python otherwise, which is faster where a test is small.
     """
 
     name: str
     file: str
-    old: str
-    new: str
+    old: tuple[str, ...]
+    new: tuple[str, ...]
     tests: tuple[str, ...]
     compiled: bool = False
 
     def applied(self, text: str) -> str:
         """The file's text with the mistake in it."""
-        count = text.count(self.old)
-        if count != 1:
-            raise ValueError(f"{self.name}: its text occurs {count} times in {self.file}")
-        return text.replace(self.old, self.new)
+        for old, new in zip(self.old, self.new, strict=True):
+            if (count := text.count(old)) != 1:
+                raise ValueError(f"{self.name}: {old!r} occurs {count} times in {self.file}")
+            text = text.replace(old, new)
+        return text
 
 
 def mutants() -> list[Mutant]:
     """The committed list."""
     entries = tomllib.loads((Path(__file__).parent / "mutants.toml").read_text())["mutant"]
-    return [Mutant(**entry | {"tests": tuple(entry["tests"])}) for entry in entries]
+    several = ("old", "new", "tests")
+    return [Mutant(**entry | {key: _tuple(entry[key]) for key in several}) for entry in entries]
+
+
+def _tuple(value: str | list[str]) -> tuple[str, ...]:
+    return (value,) if isinstance(value, str) else tuple(value)

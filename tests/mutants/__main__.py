@@ -71,7 +71,7 @@ def survivors(copy: Path, todo: Sequence[Mutant]) -> list[str]:
         before = file.read_text()
         file.write_text(mutant.applied(before))
         try:
-            code = run(copy, mutant.tests, mutant.compiled, copy / "cache" / f"mutant{number}")
+            code = run(copy, mutant.tests, mutant.compiled, cache(copy, mutant, number))
         finally:
             file.write_text(before)
         verdict = {FAILED: "killed", PASSED: "SURVIVED"}.get(code, f"NOT RUN (pytest: {code})")
@@ -82,12 +82,18 @@ def survivors(copy: Path, todo: Sequence[Mutant]) -> list[str]:
     return alive
 
 
-def run(copy: Path, tests: Sequence[str], compiled: bool, cache: Path) -> int:
-    """Pytest's exit code, with machine code of its own: numba's cache knows no mutants."""
+def cache(copy: Path, mutant: Mutant, number: int) -> Path:
+    """Machine code of kernels that are not touched is shared; numba knows files, not mistakes."""
+    touched = Path(mutant.file).name.startswith("_kernel")
+    return copy / "cache" / (str(number) if touched else str(mutant.compiled))
+
+
+def run(copy: Path, tests: Sequence[str], compiled: bool, kept: Path) -> int:
+    """Pytest's exit code."""
     environment = os.environ | {
         "PYTHONPATH": str(copy),
         "PYTHONDONTWRITEBYTECODE": "1",
-        "NUMBA_CACHE_DIR": str(cache),
+        "NUMBA_CACHE_DIR": str(kept),
         "NUMBA_DISABLE_JIT": "0" if compiled else "1",
         "OPENBLAS_NUM_THREADS": "1",
     }
