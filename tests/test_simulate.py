@@ -22,7 +22,7 @@ from aeroflutter.motion.settling import rest_pitch
 from aeroflutter.motion.spectra import poincare_section, power_spectrum
 from aeroflutter.motion.sweeps import sweep, there_and_back
 from aeroflutter.plots.timemarch import FIGURES, plot_response, plot_sweeps
-from aeroflutter.results.timemarch import to_dataset
+from aeroflutter.results.dataset import to_dataset
 
 DEGREE = np.pi / 180
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.8))

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.guarantees import Guarantees, cut, guarantee_fields, guarantees, guarantees_at
+from aeroflutter.guarantees import Guarantees, cut, guarantees, guarantees_at
 from aeroflutter.guarantees.bounds import mean_square_bounds, supremum_bounds
 from aeroflutter.guarantees.law import Law, law_of
 from aeroflutter.guarantees.loop import highest_harmonic, sample_loop
@@ -26,6 +26,7 @@ from aeroflutter.orbits.describing import (
 )
 from aeroflutter.orbits.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
 from aeroflutter.orbits.harmonic.moment import answer, waveform
+from aeroflutter.results.cycles import guarantee_fields
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring, Table
 
 SECTION = {name: SectionFamily(TypicalSection(omega_bar=name)) for name in (0.2, 0.8)}

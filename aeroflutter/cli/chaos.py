@@ -22,7 +22,6 @@ from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
-    import xarray as xr
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from aeroflutter.motion.chaos import Band, ChaosOptions, ChaosResult, ChaosScan, Edge
     from aeroflutter.motion.response import Initial
 
-MOST_PEAKS = 100
 HALVINGS = 10
 
 
@@ -176,6 +174,10 @@ class _Study:
         """The section at a value of the parameter."""
         return self.case_at(value).family().at(self.speed_at(value))
 
+    def known(self) -> dict[str, Any]:
+        """What is the same at every value."""
+        return {"flutter_speed": self.flutter, "alpha_deg": math.degrees(self.start.alpha)}
+
     def facts(self, value: float) -> dict[str, Any]:
         """Speed, its ratio and the damping at a value."""
         section = self.case_at(value).section
@@ -211,60 +213,26 @@ def _one(study: _Study, settings: ChaosOptions, output: Output) -> None:
     system, spring = study.system(value), study.case.spring
     with late_bar("following the motion") as tick:
         result = analyse(system, spring, study.start, settings, tick)
-    payload = {
-        "title": study.case.title,
-        "flutter_speed": study.flutter,
-        "alpha_deg": math.degrees(study.start.alpha),
-        **study.facts(value),
-        **_numbers(result),
-    }
-    output.deliver(
-        payload,
-        text=lambda: _show(study, payload),
-        dataset=lambda: _dataset(result, study),
+    facts = {**study.known(), **study.facts(value)}
+    output.result(
+        study.case,
+        lambda: result,
+        text=lambda: _show(study, facts, result),
+        facts=facts,
         figure=lambda: _figure(study, value, system, result),
     )
 
 
-def _numbers(result: ChaosResult) -> dict[str, Any]:
-    """What one motion has come to."""
-    import numpy as np
-
-    found = result.exponents
-    return {
-        "verdict": result.verdict,
-        "name": result.name,
-        "reason": result.reason,
-        "lyapunov": found.values,
-        "lyapunov_error": found.error,
-        "statistical_error": found.statistical,
-        "drift": found.drift,
-        "resolution": found.resolution,
-        "dimension": found.dimension,
-        "loops": result.loops,
-        "period": result.period,
-        "multiplier": result.multiplier,
-        "floquet_exponent": result.floquet,
-        "amplitude_deg": math.degrees(result.amplitude),
-        "bias_deg": math.degrees(result.bias),
-        "cycles": result.section.pitch.size,
-        "transient": result.transient,
-        "return_time": result.return_time,
-        "engine": result.engine,
-        "peaks_deg": np.degrees(result.peaks(MOST_PEAKS)),
-    }
-
-
-def _show(study: _Study, payload: dict[str, Any]) -> None:
+def _show(study: _Study, facts: dict[str, Any], result: ChaosResult) -> None:
     """Print one motion for people."""
+    from aeroflutter.results import fields_of
+
+    found = facts | fields_of(result)
     print(study.case.title)
-    hidden = ("title", "name", "verdict", "peaks_deg")
     lists = ("lyapunov", "lyapunov_error", "statistical_error", "drift")
-    facts = {"verdict": payload["name"]} | {
-        key: value for key, value in payload.items() if key not in (*hidden, *lists)
-    }
-    show_facts(facts)
-    rows = zip(*(list(payload[name]) for name in lists), strict=True)
+    hidden = (*lists, "name", "verdict", "peaks_deg")
+    show_facts({"verdict": found["name"]} | {k: one for k, one in found.items() if k not in hidden})
+    rows = zip(*(list(found[name]) for name in lists), strict=True)
     show_table(
         ("exponent", "per unit tau", "error", "statistical", "drift"),
         [(i, *map(float, row)) for i, row in enumerate(rows, 1)],
@@ -273,6 +241,7 @@ def _show(study: _Study, payload: dict[str, Any]) -> None:
 
 def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, output: Output) -> None:
     from aeroflutter.motion.chaos import chaos_scan
+    from aeroflutter.results import fields_of, to_dataset
 
     with late_bar("scanning") as tick:
         scan = chaos_scan(
@@ -280,21 +249,18 @@ def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, outp
             follow=follow, progress=tick,
         )  # fmt: skip
         bands = [_band(study, band, settings, edges) for band in scan.bands]
-    payload = {
-        "title": study.case.title,
-        "flutter_speed": study.flutter,
-        "alpha_deg": math.degrees(study.start.alpha),
-        "parameter": study.varied,
-        "points": [
-            study.facts(float(value)) | _numbers(result)
-            for value, result in zip(scan.values, scan.results, strict=True)
-        ],
-        "bands": bands,
-    }
+    points = fields_of(scan, study.case)["points"]
+    at = [study.facts(float(value)) for value in scan.values]
     output.deliver(
-        payload,
+        {
+            "title": study.case.title,
+            **study.known(),
+            "parameter": study.varied,
+            "points": [facts | point for facts, point in zip(at, points, strict=True)],
+            "bands": bands,
+        },
         text=lambda: _show_scan(study, scan, bands),
-        dataset=lambda: _dataset(scan, study),
+        dataset=lambda: to_dataset(scan, case=study.case).rename({"value": study.varied}),
         figure=lambda: _scan_figure(study, scan),
     )
 
@@ -343,16 +309,6 @@ def _place(band: dict[str, Any], side: str) -> str:
         return f"{band['first' if side == 'lower' else 'last']:.6g} (where the scan ends)"
     low, high = sorted(edge)
     return f"between {low:.6g} and {high:.6g}"
-
-
-def _dataset(result: ChaosResult | ChaosScan, study: _Study) -> xr.Dataset:
-    from aeroflutter.results.chaos import to_dataset
-
-    dataset = to_dataset(result, case=study.case)
-    if study.values.size > 1:
-        return dataset.rename({"value": study.varied})
-    facts = study.facts(float(study.values[0]))
-    return dataset.assign_attrs({key: value for key, value in facts.items() if value is not None})
 
 
 def _figure(study: _Study, value: float, system: LureSystem, result: ChaosResult) -> Figure:

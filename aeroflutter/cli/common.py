@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from aeroflutter.errors import InputError
+from aeroflutter.results.plain import plain
 
 if TYPE_CHECKING:
     import numpy as np
@@ -124,6 +125,39 @@ class Output:
             if path:
                 print(f"written: {path}")
 
+    def result(
+        self,
+        case: Case,
+        made: Callable[[], object],
+        *,
+        text: Callable[[], None],
+        figure: Callable[[], Figure] | None = None,
+        facts: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Deliver the result of an analysis in the encodings that every result has.
+
+        Parameters
+        ----------
+        case
+            What it was computed of.
+        made
+            Gives the result; called only if it is printed as JSON or saved.
+        text, figure
+            As for `deliver`.
+        facts
+            What the command knows besides: printed before the result, and saved as attributes.
+        """
+        from aeroflutter.results import fields_of, to_dataset
+
+        known = dict(facts or {})
+        saved = {key: value for key, value in known.items() if value is not None}
+        self.deliver(
+            {"title": case.title, **known, **fields_of(made(), case)} if self.json else {},
+            text=text,
+            dataset=lambda: to_dataset(made(), case=case).assign_attrs(saved),
+            figure=figure,
+        )
+
 
 def target_problems(option: str, path: Path | None, suffixes: Sequence[str]) -> list[str]:
     """Why a file cannot be written, line by line; nothing if it can, or is None."""
@@ -143,23 +177,6 @@ def print_json(payload: Mapping[str, Any]) -> None:
     """Print one JSON object on one line of stdout."""
     json.dump(plain(payload), sys.stdout, allow_nan=False)
     sys.stdout.write("\n")
-
-
-def plain(value: Any) -> Any:
-    """The value in JSON's types: complex as [re, im], NaN and infinities as null."""
-    if value is None or isinstance(value, (bool, str, int)):
-        return value
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, complex):
-        return [plain(value.real), plain(value.imag)]
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):  # NumPy scalars and arrays
-        return plain(value.tolist())
-    if isinstance(value, Iterable):
-        return [plain(item) for item in value]
-    return str(value)
 
 
 def initial_motion(case: Case, alpha_deg: float | None) -> Initial:

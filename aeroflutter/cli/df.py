@@ -12,12 +12,11 @@ from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
     from aeroflutter.guarantees import Guarantees
-    from aeroflutter.orbits.describing import CycleFamily, DescribingCurve, Onset
+    from aeroflutter.orbits.describing import DescribingCurve, Onset
 
 _ROUND_OFF = 1e-10  # expected error below which a motion is sinusoidal
 
@@ -47,6 +46,7 @@ def df(
     lie, or why there is no such guarantee and what error its distortion lets expect.
     """
     from aeroflutter.orbits.describing import DescribingOptions, describing_at, describing_curve
+    from aeroflutter.results.cycles import Proved
 
     output.check()
     loaded = options.load(case)
@@ -65,10 +65,10 @@ def df(
     verdict = functools.cache(  # once, and only if asked for
         lambda: _guarantees(loaded, result, single=amplitudes_deg is not None)
     )
-    output.deliver(
-        _payload(loaded, result, verdict()) if output.json else {},
+    output.result(
+        loaded,
+        lambda: Proved(curve=result, guarantees=verdict()),
         text=lambda: _print(loaded, result, every=amplitudes_deg is not None),
-        dataset=lambda: _dataset(loaded, result, verdict()),
         figure=lambda: _figure(loaded, result, verdict()),
     )
 
@@ -112,78 +112,6 @@ def _amplitude_range(text: str | None) -> tuple[float, float] | None:
     return math.radians(low), math.radians(high)
 
 
-def _payload(case: Case, result: DescribingCurve, found: Guarantees) -> dict[str, Any]:
-    from aeroflutter.guarantees import guarantee_fields
-
-    unit = result.flutter_speed
-    return {
-        "title": case.title,
-        "flutter_speed": result.flutter_speed,
-        "branch": [
-            _point(case, result, i) | {"guarantee": guarantee_fields(found, i, unit)}
-            for i in range(result.amplitude.size)
-        ],
-        "onset": _onset(result.onset),
-        "stable_onset": _onset(result.stable_onset),
-        "families": [_family(one) for one in result.families],
-        "amplitude_range_deg": [math.degrees(value) for value in result.amplitude_range],
-        "speed_range": result.speed_range,
-        "notes": result.notes,
-    }
-
-
-def _point(case: Case, result: DescribingCurve, i: int) -> dict[str, Any]:
-    point = {
-        "amplitude_deg": math.degrees(result.amplitude[i]),
-        "bias_deg": math.degrees(result.bias[i]),
-        "speed": result.speed[i],
-        "speed_ratio": result.speed_ratio[i],
-        "k": result.k[i],
-        "n_p": result.n_p[i],
-        "n_q": result.n_q[i],
-        "stable": bool(result.stable[i]),
-        "family": int(result.family[i]),
-        "distortion": result.distortion[i],
-        "in_thesis_range": bool(result.in_thesis_range[i]),
-        "rules_agree": bool(result.rules_agree[i]),
-    }
-    scale = case.section.scale
-    if scale is not None:
-        point["velocity_m_s"] = scale.velocity(result.speed[i])
-        point["frequency_hz"] = scale.frequency_hz(result.k[i], result.speed[i])
-    return point
-
-
-def _onset(onset: Onset | None) -> dict[str, Any] | None:
-    if onset is None:
-        return None
-    return {
-        "speed": onset.speed,
-        "speed_ratio": onset.speed_ratio,
-        "amplitude_deg": math.degrees(onset.amplitude),
-        "bias_deg": math.degrees(onset.bias),
-        "k": onset.k,
-        "kind": onset.kind,
-        "stable": onset.stable,
-        "stable_below": onset.beside[0],
-        "stable_above": onset.beside[1],
-        "family": onset.family,
-    }
-
-
-def _family(one: CycleFamily) -> dict[str, Any]:
-    return {
-        "family": one.number,
-        "biased": one.biased,
-        "mirror_of": one.mirror_of,
-        "ends": one.ends,
-        "closed": one.closed,
-        "onset": _onset(one.onset),
-        "stable_onset": _onset(one.stable_onset),
-        "folds": [_onset(fold) for fold in one.folds],
-    }
-
-
 def _print(case: Case, result: DescribingCurve, *, every: bool) -> None:
     print(case.title)
     facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
@@ -199,8 +127,11 @@ def _print(case: Case, result: DescribingCurve, *, every: bool) -> None:
 
 
 def _print_points(case: Case, result: DescribingCurve, chosen: list[int]) -> None:
+    from aeroflutter.results import fields_of
+
     found = _guarantees(case, result, chosen)
-    rows = [_point(case, result, i) for i in chosen]
+    points = fields_of(result)["branch"]
+    rows = [points[i] for i in chosen]
     show_table(
         (
             "family", "amplitude (deg)", "bias (deg)", "U*/U*_L", "k", "stable", "distortion",
@@ -209,11 +140,7 @@ def _print_points(case: Case, result: DescribingCurve, chosen: list[int]) -> Non
         [
             (
                 str(row["family"]),
-                row["amplitude_deg"],
-                row["bias_deg"],
-                float(row["speed_ratio"]),
-                float(row["k"]),
-                row["stable"],
+                *(row[key] for key in ("amplitude_deg", "bias_deg", "speed_ratio", "k", "stable")),
                 f"{row['distortion']:.2%}",
                 _error(found, i, row["speed"]),
             )
@@ -251,12 +178,6 @@ def _chosen(result: DescribingCurve, every: bool, count: int = 12) -> list[int]:
         step = max(1, (len(mine) - 1) // (count - 1))
         chosen += mine[::step]
     return chosen
-
-
-def _dataset(case: Case, result: DescribingCurve, found: Guarantees) -> xr.Dataset:
-    from aeroflutter.results.guarantees import describing_to_dataset
-
-    return describing_to_dataset(result, found, case=case)
 
 
 def _figure(case: Case, result: DescribingCurve, found: Guarantees) -> Figure:

@@ -12,16 +12,10 @@ from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_
 from aeroflutter.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.orbits.harmonic import (
-        Bifurcation,
-        HarmonicBranch,
-        HarmonicOnset,
-        HarmonicOptions,
-    )
+    from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOnset, HarmonicOptions
 
 Branches = tuple["HarmonicBranch", ...]
 
@@ -78,10 +72,10 @@ def hb(
     branches = harmonic_families(loaded.family(), loaded.spring, settings)
     if asymmetric:
         branches += _asymmetric(loaded, branches, settings)
-    output.deliver(
-        _payload(loaded, branches),
+    output.result(
+        loaded,
+        lambda: branches,
         text=lambda: _print(loaded, branches),
-        dataset=lambda: _dataset(loaded, branches),
         figure=lambda: _figure(loaded, branches),
     )
 
@@ -118,82 +112,6 @@ def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Br
     return tuple(found)
 
 
-def _payload(case: Case, branches: Branches) -> dict[str, Any]:
-    first = min(branches, key=lambda branch: branch.onset.cycle.speed)
-    stable = [branch.stable_onset for branch in branches if branch.stable_onset]
-    numbered = list(enumerate(branches, 1))
-    return {
-        "title": case.title,
-        "flutter_speed": branches[0].flutter_speed,
-        "branch": [_point(case, b, n, i) for n, b in numbered for i in range(b.speed.size)],
-        "bifurcations": [_event(event, n) for n, b in numbered for event in b.bifurcations],
-        "onset": _onset(first.onset),
-        "stable_onset": _onset(min(stable, key=lambda onset: onset.cycle.speed, default=None)),
-        "families": [_family(branch, number) for number, branch in numbered],
-    }
-
-
-def _family(branch: HarmonicBranch, number: int) -> dict[str, Any]:
-    return {
-        "family": number,
-        "symmetric": branch.symmetric,
-        "harmonics": branch.harmonics,
-        "converged": branch.converged,
-        "closed": branch.closed,
-        "ends": branch.stops,
-        "onset": _onset(branch.onset),
-        "stable_onset": _onset(branch.stable_onset),
-    }
-
-
-def _point(case: Case, branch: HarmonicBranch, number: int, i: int) -> dict[str, Any]:
-    point = {
-        "family": number,
-        "amplitude_deg": math.degrees(branch.amplitude[i]),
-        "bias_deg": math.degrees(branch.bias[i]),
-        "first_harmonic_deg": math.degrees(branch.first_harmonic[i]),
-        "speed": float(branch.speed[i]),
-        "speed_ratio": float(branch.speed_ratio[i]),
-        "k": float(branch.omega[i]),
-        "period": float(branch.period[i]),
-        "stable": bool(branch.stable[i]),
-        "stability_certain": bool(branch.certain[i]),
-        "multipliers": branch.multipliers[i],
-        "multiplier_error": float(branch.multiplier_error[i]),
-        "symmetric": branch.symmetric,
-        "harmonics": branch.harmonics,
-        "truncation": float(branch.truncation[i]),
-    }
-    scale = case.section.scale
-    if scale is not None:
-        point["velocity_m_s"] = scale.velocity(branch.speed[i])
-        point["frequency_hz"] = scale.frequency_hz(branch.omega[i], branch.speed[i])
-    return point
-
-
-def _event(event: Bifurcation, number: int) -> dict[str, Any]:
-    return {
-        "kind": event.kind,
-        "speed": event.cycle.speed,
-        "speed_ratio": event.speed_ratio,
-        "amplitude_deg": math.degrees(event.amplitude),
-        "bias_deg": math.degrees(event.bias),
-        "family": number,
-    }
-
-
-def _onset(onset: HarmonicOnset | None) -> dict[str, Any] | None:
-    if onset is None:
-        return None
-    return {
-        "speed": onset.cycle.speed,
-        "speed_ratio": onset.speed_ratio,
-        "amplitude_deg": math.degrees(onset.amplitude),
-        "kind": onset.kind,
-        "stable": onset.stable,
-    }
-
-
 def _print(case: Case, branches: Branches) -> None:
     print(case.title)
     for number, branch in enumerate(branches, 1):
@@ -214,13 +132,14 @@ def _print(case: Case, branches: Branches) -> None:
                     for e in branch.bifurcations
                 ],
             )
-        _print_points(case, branch, number)
+        _print_points(branch)
     print("a selection of the points; --json and --out give them all")
 
 
-def _print_points(case: Case, branch: HarmonicBranch, number: int, count: int = 12) -> None:
-    step = max(1, (branch.speed.size - 1) // (count - 1))
-    rows = [_point(case, branch, number, i) for i in range(0, branch.speed.size, step)]
+def _print_points(branch: HarmonicBranch, count: int = 12) -> None:
+    from aeroflutter.results import fields_of
+
+    rows = fields_of(branch)["branch"][:: max(1, (branch.speed.size - 1) // (count - 1))]
     columns = ("speed_ratio", "amplitude_deg", "first_harmonic_deg", "bias_deg", "period")
     show_table(
         ("U*/U*_L", "amplitude (deg)", "first harmonic", "bias (deg)", "period", "stable"),
@@ -239,12 +158,6 @@ def _sentence(onset: HarmonicOnset) -> str:
     if not math.isfinite(onset.speed_ratio):
         where = f"U* = {onset.cycle.speed:.6f}"
     return f"{where} at {math.degrees(onset.amplitude):.4g} deg ({onset.kind}, {beside} beside it)"
-
-
-def _dataset(case: Case, branches: Branches) -> xr.Dataset:
-    from aeroflutter.results.harmonic import branches_to_dataset
-
-    return branches_to_dataset(branches, case=case)
 
 
 def _figure(case: Case, branches: Branches) -> Figure:

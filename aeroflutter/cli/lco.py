@@ -13,18 +13,10 @@ from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.orbits.cycles import (
-        Bifurcation,
-        Cycle,
-        CycleFamily,
-        CycleOnset,
-        CyclesAt,
-        LimitCycles,
-    )
+    from aeroflutter.orbits.cycles import Cycle, CycleFamily, CycleOnset, CyclesAt, LimitCycles
     from aeroflutter.plots.cycles import Overlay
 
 SHOWN = 12  # cycles of a family that are printed
@@ -99,10 +91,10 @@ def lco(
         else:
             here = cycles_at(family, spring, at, settings, tick)
             result = here.branch
-    output.deliver(
-        _payload(loaded, result, here),
+    output.result(
+        loaded,
+        lambda: result if here is None else here,
         text=lambda: _print(loaded, result, here),
-        dataset=lambda: _dataset(loaded, result, here),
         figure=lambda: _figure(loaded, result, here, figure, drawn()),
     )
 
@@ -133,87 +125,6 @@ def _speed(case: Case, speed: float | None, ratio: float | None) -> float | None
             "--speed-ratio: the section has no linear flutter speed to refer to; give --speed"
         )
     return ratio * reference
-
-
-def _payload(case: Case, result: LimitCycles, here: CyclesAt | None) -> dict[str, Any]:
-    branch = [_point(case, cycle) for cycle in (result.cycles if here is None else here.cycles)]
-    payload = {
-        "title": case.title,
-        "flutter_speed": result.flutter_speed,
-        "branch": branch,
-        "bifurcations": [_event(case, event) for event in result.bifurcations],
-        "onset": _onset(result.onset),
-        "stable_onset": _onset(result.stable_onset),
-        "families": [_family(one) for one in result.families],
-        "mirrored": result.odd,
-        "speed_range": result.speed_range,
-        "notes": result.notes,
-    }
-    if here is not None:
-        payload |= {"speed": here.speed, "speed_ratio": here.speed_ratio, "cycles": branch}
-    return payload
-
-
-def _point(case: Case, cycle: Cycle) -> dict[str, Any]:
-    point = {
-        "family": cycle.family,
-        "amplitude_deg": math.degrees(cycle.amplitude),
-        "bias_deg": math.degrees(cycle.bias),
-        "first_harmonic_deg": math.degrees(cycle.first_harmonic),
-        "speed": cycle.speed,
-        "speed_ratio": cycle.speed_ratio,
-        "k": cycle.k,
-        "period": cycle.period,
-        "stable": cycle.stable,
-        "multipliers": cycle.multipliers,
-        "symmetric": cycle.symmetric,
-        "continuum": cycle.continuum,
-        "closure": cycle.closure,
-        "switches": cycle.switches,
-    }
-    scale = case.section.scale
-    if scale is not None:
-        point["velocity_m_s"] = scale.velocity(cycle.speed)
-        point["frequency_hz"] = scale.frequency_hz(cycle.k, cycle.speed)
-    return point
-
-
-def _event(case: Case, event: Bifurcation) -> dict[str, Any]:
-    return {
-        "kind": event.kind,
-        **_point(case, event.cycle),
-        "stable_before": event.stable_beside[0],
-        "stable_after": event.stable_beside[1],
-    }
-
-
-def _onset(onset: CycleOnset | None) -> dict[str, Any] | None:
-    if onset is None:
-        return None
-    return {
-        "speed": onset.cycle.speed,
-        "speed_ratio": onset.cycle.speed_ratio,
-        "amplitude_deg": math.degrees(onset.cycle.amplitude),
-        "bias_deg": math.degrees(onset.cycle.bias),
-        "period": onset.cycle.period,
-        "kind": onset.kind,
-        "stable": onset.stable,
-        "family": onset.cycle.family,
-    }
-
-
-def _family(one: CycleFamily) -> dict[str, Any]:
-    return {
-        "family": one.number,
-        "origin": one.origin,
-        "parent": one.parent,
-        "symmetric": one.symmetric,
-        "closed": one.closed,
-        "ends": one.stopped,
-        "cycles": len(one.cycles),
-        "onset": _onset(one.onset),
-        "stable_onset": _onset(one.stable_onset),
-    }
 
 
 def _print(case: Case, result: LimitCycles, here: CyclesAt | None) -> None:
@@ -307,12 +218,6 @@ def _largest(cycle: Cycle) -> str:
     if abs(value.imag) < 1e-9 * abs(value):
         return f"{value.real:.5g}"
     return f"{value.real:.5g} ± {abs(value.imag):.5g}i"
-
-
-def _dataset(case: Case, result: LimitCycles, here: CyclesAt | None) -> xr.Dataset:
-    from aeroflutter.results.cycles import to_dataset
-
-    return to_dataset(result if here is None else here, case=case)
 
 
 def _figure(

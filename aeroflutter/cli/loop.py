@@ -11,11 +11,10 @@ from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts, sh
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.guarantees.looptest import LoopCycle, LoopTest
+    from aeroflutter.guarantees.looptest import LoopTest
     from aeroflutter.orbits.describing import DescribingCurve
 
 
@@ -49,10 +48,10 @@ def loop(
     curve = describing_curve(loaded.family(), loaded.spring)
     at = speed if speed is not None else _speed(speed_ratio, curve)
     result = loop_test(loaded.family(), loaded.spring, at, settings, curve)
-    output.deliver(
-        _payload(loaded, result),
+    output.result(
+        loaded,
+        lambda: result,
         text=lambda: _print(loaded, result),
-        dataset=lambda: _dataset(loaded, result),
         figure=lambda: _figure(loaded, result),
     )
 
@@ -71,52 +70,14 @@ def _speed(speed_ratio: float | None, curve: DescribingCurve) -> float:
     return speed_ratio * curve.flutter_speed
 
 
-def _payload(case: Case, result: LoopTest) -> dict[str, Any]:
-    return {
-        "title": case.title,
-        "speed": result.speed,
-        "speed_ratio": result.speed_ratio,
-        "cycles": [_cycle(result, one) for one in result.cycles],
-        "frequency": result.frequency,
-        "response": result.G,
-        "locus_amplitude_deg": [math.degrees(a) for a in result.amplitude],
-        "locus": result.locus,
-    }
-
-
-def _cycle(result: LoopTest, one: LoopCycle) -> dict[str, Any]:
-    from aeroflutter.guarantees import guarantee_fields
-
-    unit = result.speed / result.speed_ratio if math.isfinite(result.speed_ratio) else None
-    columns = zip(
-        one.orders, one.answers, one.gains, one.predicted, one.spoiling, strict=True
-    )  # fmt: skip
-    return {
-        "amplitude_deg": math.degrees(one.amplitude),
-        "bias_deg": math.degrees(one.bias),
-        "k": one.k,
-        "describing_function": one.N,
-        "harmonics": [
-            {
-                "order": int(order),
-                "answer": float(answer),
-                "gain": float(gain),
-                "predicted": float(predicted),
-                "spoils": bool(spoils),
-            }
-            for order, answer, gain, predicted, spoils in columns
-        ],
-        "guarantee": guarantee_fields(one.guarantee, 0, unit),
-    }
-
-
 def _print(case: Case, result: LoopTest) -> None:
+    from aeroflutter.results import to_json
+
     print(case.title)
     show_facts({"speed U*": result.speed, "U*/U*_L": result.speed_ratio})
     if not result.cycles:
         print("the describing function has no cycle at this speed")
-    for one in result.cycles:
-        fields = _cycle(result, one)
+    for one, fields in zip(result.cycles, to_json(result)["cycles"], strict=True):
         spoiling = [str(order) for order in one.orders[one.spoiling]]
         print()
         show_facts(
@@ -151,12 +112,6 @@ def _verdict(fields: dict[str, Any]) -> str:
         return said
     exists = "a cycle" if fields["exists_at_speed"] else "any cycle nearby"
     return f"{said}; at this speed {exists} of {section[0]:.4g} to {section[1]:.4g} deg"
-
-
-def _dataset(case: Case, result: LoopTest) -> xr.Dataset:
-    from aeroflutter.results.harmonic import loop_to_dataset
-
-    return loop_to_dataset(result, case=case)
 
 
 def _figure(case: Case, result: LoopTest) -> Figure:

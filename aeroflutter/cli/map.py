@@ -84,6 +84,7 @@ def map(  # noqa: A001 - the command's name
     by block; an interrupted run goes on with the same command and --resume.
     """
     from aeroflutter.cli.studies import CaseCells
+    from aeroflutter.results import fields_of, to_dataset
 
     keeping.check()
     output = Output(json=json, out=keeping.netcdf, plot=plot)
@@ -97,9 +98,15 @@ def map(  # noqa: A001 - the command's name
     found = _run(loaded, cells, settings, executor, keeping)
     wall = time.monotonic() - begin
     output.deliver(
-        _payload(loaded, found, settings.march.engine, wall, keeping.store),
+        {
+            "title": loaded.title,
+            "engine": settings.march.engine,
+            **fields_of(found, loaded),
+            "wall_seconds": wall,
+            "store": keeping.store and str(keeping.store),
+        },
         text=lambda: _print(loaded, found, wall, keeping.store),
-        dataset=lambda: _dataset(loaded, found),
+        dataset=lambda: to_dataset(found, case=loaded),
         figure=lambda: _figure(loaded, cells, found),
     )
 
@@ -181,31 +188,12 @@ def _run(
         return collect(study, results)
 
 
-STATES = ("damped", "lco", "aperiodic", "divergent", "undecided", "failed")
-
-
-def _payload(
-    case: Case, found: FlutterMap, engine: str, wall: float, store: Path | None
-) -> dict[str, Any]:
-    return {
-        "title": case.title,
-        "engine": engine,
-        "cells": found.grid.cells,
-        **{state: found.count(state) for state in STATES},
-        "attractors": int(found.attractor.max(initial=0)),
-        "x": {"key": found.grid.x.key, "values": found.grid.x.values},
-        "y": {"key": found.grid.y.key, "values": found.grid.y.values},
-        "cpu_seconds": found.cpu_seconds,
-        "wall_seconds": wall,
-        "failures": list(found.failures),
-        "store": None if store is None else str(store),
-    }
-
-
 def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> None:
+    from aeroflutter.motion.response import STATES
+
     print(case.title)
     cells = found.grid.cells
-    counts = {state: found.count(state) for state in STATES}
+    counts = {state: found.count(state) for state in (*STATES, "failed")}
     facts: dict[str, Any] = {"cells": f"{cells} ({len(found.grid.x)} x {len(found.grid.y)})"}
     facts |= {
         state: f"{count} ({100 * count / cells:.1f} %)"
@@ -221,12 +209,6 @@ def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> No
     show_facts(facts)
     for failure in found.failures:
         print(f"failed: {failure['block']}: {failure['reason']}")
-
-
-def _dataset(case: Case, found: FlutterMap) -> Any:
-    from aeroflutter.results.dataset import to_dataset
-
-    return to_dataset(found, case=case)
 
 
 def _figure(case: Case, cells: CaseCells, found: FlutterMap) -> Figure:

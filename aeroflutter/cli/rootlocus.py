@@ -9,11 +9,10 @@ from cyclopts import Parameter
 from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.linear.rootlocus import Crossing, RootLocus
+    from aeroflutter.linear.rootlocus import RootLocus
     from aeroflutter.model.lure import Real
 
 
@@ -41,6 +40,7 @@ def rootlocus(
     r_alpha sqrt(mu) are searched; every crossing of the imaginary axis is listed.
     """
     from aeroflutter.linear.rootlocus import RootLocusOptions, flutter_against_stiffness, root_locus
+    from aeroflutter.results import fields_of, to_dataset
 
     output.check()
     loaded = options.load(case)
@@ -52,50 +52,21 @@ def rootlocus(
         values = numbers("--stiffness-curve", stiffness_curve)
         curve = (values, *flutter_against_stiffness(loaded.family(), values, settings))
     output.deliver(
-        _payload(loaded, result, curve),
+        {"title": loaded.title, **fields_of(result, loaded), **_stiffness(curve)},
         text=lambda: _print(loaded, result, curve),
-        dataset=lambda: _dataset(loaded, result),
+        dataset=lambda: to_dataset(result, case=loaded),
         figure=lambda: _figure(loaded, result, curve),
     )
 
 
+def _stiffness(curve: Curve | None) -> dict[str, Any]:
+    """Flutter speed against stiffness, if it is asked for."""
+    if curve is None:
+        return {}
+    return {"stiffness_curve": dict(zip(("stiffness", "speed", "k"), curve, strict=True))}
+
+
 Curve = tuple["Real", "Real", "Real"]
-
-
-def _payload(case: Case, result: RootLocus, curve: Curve | None) -> dict[str, Any]:
-    payload: dict[str, Any] = {
-        "title": case.title,
-        "flutter": result.flutter and _crossing(case, result.flutter),
-        "crossings": [
-            {**_crossing(case, c), "growing": c.growing, "coalescence": c.coalescence}
-            for c in result.crossings
-        ],
-        "divergence": None if result.divergence is None else _speed(case, result.divergence),
-        "unstable_at_low": result.unstable_at_low,
-        "searched": result.searched,
-        "stiffness": result.stiffness,
-        "speeds": result.speeds,
-        "roots": result.roots,
-    }
-    if curve is not None:
-        payload["stiffness_curve"] = dict(zip(("stiffness", "speed", "k"), curve, strict=True))
-    return payload
-
-
-def _speed(case: Case, speed: float) -> dict[str, float]:
-    scale = case.section.scale
-    return {"speed": speed} | ({} if scale is None else {"velocity_m_s": scale.velocity(speed)})
-
-
-def _crossing(case: Case, crossing: Crossing) -> dict[str, Any]:
-    found = {
-        **_speed(case, crossing.speed),
-        "k": crossing.k,
-        "omega_ratio": crossing.omega_ratio,
-    }
-    if case.section.scale is not None:
-        found["frequency_hz"] = case.section.scale.frequency_hz(crossing.k, crossing.speed)
-    return found
 
 
 def _print(case: Case, result: RootLocus, curve: Curve | None) -> None:
@@ -135,12 +106,6 @@ def _print(case: Case, result: RootLocus, curve: Curve | None) -> None:
 def _si(case: Case, speed: float) -> str:
     scale = case.section.scale
     return "" if scale is None else f"  ({scale.velocity(speed):.5g} m/s)"
-
-
-def _dataset(case: Case, result: RootLocus) -> xr.Dataset:
-    from aeroflutter.results.dataset import to_dataset
-
-    return to_dataset(result, case=case)
 
 
 def _figure(case: Case, result: RootLocus, curve: Curve | None) -> Figure:

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
@@ -25,12 +25,11 @@ from aeroflutter.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.motion.response import Initial, Response, SimulateOptions
-    from aeroflutter.motion.sweeps import Sweep
+    from aeroflutter.motion.response import Initial, SimulateOptions
+    from aeroflutter.results.motions import Run
 
 PATIENCE = 2.0  # seconds before a progress bar appears
 
@@ -93,6 +92,8 @@ def simulate(
     Give --speed-ratio or --speed, or --sweep. With --plot or --out the march goes on beyond the
     decision, to --duration or to twice the time that the decision took.
     """
+    from aeroflutter.results import fields_of, to_dataset
+
     output.check()
     loaded = options.load(case)
     settings = _settings(engine, dt, duration, thesis)
@@ -111,72 +112,32 @@ def simulate(
     run = _single(loaded, start, settings, _speed(speed, speed_ratio, flutter), flutter)
     shown = run
     if output.plot or output.out:
-        shown = run.continued(settings, duration)
+        shown = _continued(loaded, run, settings, duration)
     output.deliver(
-        run.payload(),
-        text=run.show,
-        dataset=lambda: _dataset(shown.response, loaded, shown.speeds()),
-        figure=lambda: _figure(shown, figure),
+        {"title": loaded.title, **fields_of(run, loaded)},
+        text=lambda: _shown(loaded, run),
+        dataset=lambda: to_dataset(shown, case=loaded),
+        figure=lambda: _figure(loaded, shown, figure),
     )
 
 
-@dataclass(frozen=True)
-class _Run:
-    """One response with what it belongs to."""
+def _shown(case: Case, run: Run) -> None:
+    """Print a run for people."""
+    from aeroflutter.results import fields_of
 
-    case: Case
-    start: Initial
-    response: Response
-    speed: float
-    flutter: float | None
+    names = {"speed": "speed U*", "speed_ratio": "U*/U*_L", "flutter_speed": "U*_L"}
+    print(case.title)
+    show_facts({names.get(key, key): value for key, value in fields_of(run, case).items()})
 
-    def speeds(self) -> dict[str, float]:
-        """Speed and, where there is a linear flutter speed, its ratio to it."""
-        found = {"speed": self.speed}
-        if self.flutter is not None:
-            found |= {"speed_ratio": self.speed / self.flutter, "flutter_speed": self.flutter}
-        if self.case.section.scale is not None:
-            found["velocity_m_s"] = self.case.section.scale.velocity(self.speed)
-        return found
 
-    def payload(self) -> dict[str, Any]:
-        """What --json prints."""
-        found = self.response
-        k = 2.0 * math.pi / found.period
-        payload: dict[str, Any] = {
-            "title": self.case.title,
-            **self.speeds(),
-            "alpha_deg": math.degrees(self.start.alpha),
-            "engine": found.engine,
-            "state": found.state,
-            "reason": found.reason,
-            "amplitude_deg": math.degrees(found.amplitude),
-            "bias_deg": math.degrees(found.bias),
-            "first_harmonic_deg": math.degrees(found.first_harmonic),
-            "period": found.period,
-            "k": k,
-            "rest_deg": math.degrees(found.rest),
-            "duration": found.duration,
-        }
-        if self.case.section.scale is not None:
-            payload["frequency_hz"] = self.case.section.scale.frequency_hz(k, self.speed)
-        return payload
-
-    def show(self) -> None:
-        """Print the result for people."""
-        found = self.payload()
-        print(found.pop("title"))
-        names = {"speed": "speed U*", "speed_ratio": "U*/U*_L", "flutter_speed": "U*_L"}
-        show_facts({names.get(key, key): value for key, value in found.items()})
-
-    def continued(self, settings: SimulateOptions, duration: float | None) -> _Run:
-        """The same run, marched on past its decision so that there is something to see."""
-        length = settings.limit
-        if duration is None and settings.criteria != "thesis":
-            steady = 40.0 * self.response.period if self.response.state == "lco" else 0.0
-            length = min(length, max(2.0 * self.response.duration, steady, 5000.0 * settings.dt))
-        part = replace(settings, duration=length, decide=False)
-        return _single(self.case, self.start, part, self.speed, self.flutter)
+def _continued(case: Case, run: Run, settings: SimulateOptions, duration: float | None) -> Run:
+    """The same run, marched on past its decision so that there is something to see."""
+    length, found = settings.limit, run.response
+    if duration is None and settings.criteria != "thesis":
+        steady = 40.0 * found.period if found.state == "lco" else 0.0
+        length = min(length, max(2.0 * found.duration, steady, 5000.0 * settings.dt))
+    part = replace(settings, duration=length, decide=False)
+    return _single(case, run.start, part, run.speed, run.flutter_speed)
 
 
 def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> SimulateOptions:
@@ -218,29 +179,22 @@ def _needed(flutter: float | None) -> float:
 
 def _single(
     case: Case, start: Initial, settings: SimulateOptions, speed: float, flutter: float | None
-) -> _Run:
+) -> Run:
     from aeroflutter.motion.response import simulate as march
+    from aeroflutter.results.motions import Run
 
     with late_bar("simulating") as tick:
         system = case.family().at(speed)
         response = march(system, case.spring, start, replace(settings, progress=tick))
-    return _Run(case, start, response, speed, flutter)
+    return Run(speed=speed, flutter_speed=flutter, start=start, response=response)
 
 
-def _dataset(result: Response | Sweep, case: Case, extra: dict[str, float]) -> xr.Dataset:
-    from aeroflutter.results.timemarch import to_dataset
-
-    return to_dataset(result, case=case).assign_attrs(extra)
-
-
-def _figure(run: _Run, kind: str) -> Figure:
+def _figure(case: Case, run: Run, kind: str) -> Figure:
     from aeroflutter.plots.timemarch import plot_response
 
-    speeds = run.speeds()
-    at = f"$U^*$ = {run.speed:.4g}"
-    if "speed_ratio" in speeds:
-        at = f"$U^*/U^*_L$ = {speeds['speed_ratio']:.4g}"
-    title = f"{run.case.title}, {at}: {run.response.state}"
+    ratio = run.speed_ratio
+    at = f"$U^*$ = {run.speed:.4g}" if ratio is None else f"$U^*/U^*_L$ = {ratio:.4g}"
+    title = f"{case.title}, {at}: {run.response.state}"
     return plot_response(run.response, kind, title)
 
 
@@ -256,6 +210,9 @@ def _sweeps(
     """Up and down again; the way down starts where the way up ended, or from `start` if it left."""
     from aeroflutter.motion.sweeps import there_and_back
     from aeroflutter.plots.timemarch import plot_sweeps
+    from aeroflutter.results import fields_of, to_dataset
+    from aeroflutter.results.dataset import side_by_side
+    from aeroflutter.results.motions import Pass
 
     reference = _needed(flutter)
     with late_bar("sweeping") as tick:
@@ -267,51 +224,28 @@ def _sweeps(
             replace(settings, progress=tick),
             math.radians(kick_deg),
         )
+    made = [Pass(one, reference) for one in passes]
+    found = [fields_of(one, case) for one in made]
     output.deliver(
         {
             "title": case.title,
             "flutter_speed": reference,
             "alpha_deg": math.degrees(start.alpha),
-            "sweeps": [_sweep_payload(one, reference) for one in passes],
+            "sweeps": found,
         },
-        text=lambda: _show_sweeps(case, passes, reference),
-        dataset=lambda: _sweep_dataset(passes, case, reference),
+        text=lambda: _show_sweeps(case, found),
+        dataset=lambda: side_by_side(
+            {one["direction"]: to_dataset(p, case=case) for one, p in zip(found, made, strict=True)}
+        ).assign_attrs(flutter_speed=reference),
         figure=lambda: plot_sweeps(passes, reference, case.title),
     )
 
 
-def _sweep_payload(one: Sweep, reference: float) -> dict[str, Any]:
-    import numpy as np
-
-    return {
-        "direction": "up" if one.upward else "down",
-        "speed_ratio": one.speeds / reference,
-        "speed": one.speeds,
-        "state": one.state,
-        "amplitude_deg": np.degrees(one.amplitude),
-        "bias_deg": np.degrees(one.bias),
-        "first_harmonic_deg": np.degrees(one.first_harmonic),
-        "period": one.period,
-        "rest_deg": np.degrees(one.rest),
-        "jumps": [
-            {
-                "speed_ratio": [jump.before / reference, jump.after / reference],
-                "amplitude_deg": [
-                    math.degrees(jump.amplitude_before),
-                    math.degrees(jump.amplitude_after),
-                ],
-            }
-            for jump in one.jumps
-        ],
-    }
-
-
-def _show_sweeps(case: Case, passes: tuple[Sweep, ...], reference: float) -> None:
+def _show_sweeps(case: Case, passes: list[dict[str, Any]]) -> None:
     print(case.title)
-    for one in passes:
-        found = _sweep_payload(one, reference)
+    for found in passes:
         columns = ("speed_ratio", "state", "amplitude_deg", "bias_deg", "period")
-        print(f"\nspeed {'rising' if one.upward else 'falling'}")
+        print(f"\nspeed {'rising' if found['direction'] == 'up' else 'falling'}")
         rows = zip(*(list(found[name]) for name in columns), strict=True)
         show_table(("U*/U*_L", "state", "amplitude (deg)", "bias (deg)", "period"), list(rows))
         for jump in found["jumps"]:
@@ -320,19 +254,6 @@ def _show_sweeps(case: Case, passes: tuple[Sweep, ...], reference: float) -> Non
                 f"jump between {speeds[0]:.5g} and {speeds[1]:.5g}: "
                 f"{sizes[0]:.4g} to {sizes[1]:.4g} deg"
             )
-
-
-def _sweep_dataset(passes: tuple[Sweep, ...], case: Case, reference: float) -> xr.Dataset:
-    """Both passes in one Dataset, told apart by a suffix: NetCDF has no list of Datasets."""
-    import xarray as xr
-
-    parts = []
-    for one in passes:
-        suffix = "up" if one.upward else "down"
-        part = _dataset(one, case, {"flutter_speed": reference})
-        names = {str(name): f"{name}_{suffix}" for name in (*part.variables, *part.sizes)}
-        parts.append(part.rename({name: names[name] for name in names if name in names}))
-    return xr.merge(parts, combine_attrs="drop_conflicts")
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -12,7 +12,9 @@ from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
+    from matplotlib.figure import Figure
 
+    from aeroflutter.results.motions import SpringLaw
     from aeroflutter.springs import Describing
 
 SAMPLES = 400  # on every stretch between two turning points
@@ -43,6 +45,7 @@ def spring(
     """
     import numpy as np
 
+    from aeroflutter.results.motions import SpringLaw
     from aeroflutter.springs import respond
 
     output.check()
@@ -57,13 +60,20 @@ def spring(
         amplitude = numbers("--amplitudes-deg", amplitudes_deg) * np.pi / 180
         if (amplitude <= 0).any():
             raise InputError("--amplitudes-deg: every amplitude must be positive")
-    gains = law.describing(amplitude, math.radians(bias_deg))
-    payload = _payload(loaded.title, (pitch, moment, memory), amplitude, gains, bias_deg)
-    output.deliver(
-        payload,
-        text=lambda: _print(loaded.title, turns, respond(law, turns)[0], amplitude, gains),
-        dataset=lambda: _dataset(payload, loaded),
-        figure=lambda: _figure(pitch, moment, amplitude, gains, loaded.title),
+    bias = math.radians(bias_deg)
+    found = SpringLaw(
+        pitch=pitch,
+        moment=moment,
+        memory=memory,
+        amplitude=amplitude,
+        bias=bias,
+        gains=law.describing(amplitude, bias),
+    )
+    output.result(
+        loaded,
+        lambda: found,
+        text=lambda: _print(loaded.title, turns, respond(law, turns)[0], amplitude, found.gains),
+        figure=lambda: _figure(found, loaded.title),
     )
 
 
@@ -84,30 +94,6 @@ def _through(turns: np.ndarray) -> np.ndarray:
 
     at = np.linspace(0, turns.size - 1, (turns.size - 1) * SAMPLES + 1)
     return np.interp(at, np.arange(turns.size), turns)
-
-
-def _payload(
-    title: str,
-    path: tuple[np.ndarray, np.ndarray, np.ndarray],
-    amplitude: np.ndarray,
-    gains: Describing,
-    bias_deg: float,
-) -> dict[str, Any]:
-    import numpy as np
-
-    pitch, moment, memory = (np.degrees(part) for part in path)
-    shape = amplitude.shape
-    return {
-        "title": title,
-        "path": {"pitch_deg": pitch, "moment_deg": moment, "memory_deg": memory},
-        "describing": {
-            "amplitude_deg": np.degrees(amplitude),
-            "bias_deg": bias_deg,
-            "f0_deg": np.degrees(np.broadcast_to(gains.F0, shape)),
-            "n_p": np.broadcast_to(gains.n_p, shape),
-            "n_q": np.broadcast_to(gains.n_q, shape),
-        },
-    }
 
 
 def _print(
@@ -132,19 +118,7 @@ def _print(
     )
 
 
-def _dataset(payload: dict[str, Any], case: Any) -> Any:
-    from aeroflutter.results.dataset import labelled
-
-    path, gains = payload["path"], payload["describing"]
-    variables = {name: ("sample", values) for name, values in path.items()}
-    variables |= {name: ("amplitude_deg", gains[name]) for name in ("n_p", "n_q")}
-    coordinates = {"amplitude_deg": gains["amplitude_deg"]}
-    return labelled(variables, coordinates, {"bias_deg": gains["bias_deg"]}, case)
-
-
-def _figure(
-    pitch: np.ndarray, moment: np.ndarray, amplitude: np.ndarray, gains: Describing, title: str
-) -> Any:
+def _figure(law: SpringLaw, title: str) -> Figure:
     from aeroflutter.plots.spring import plot_spring
 
-    return plot_spring(pitch, moment, amplitude, gains, title)
+    return plot_spring(law.pitch, law.moment, law.amplitude, law.gains, title)

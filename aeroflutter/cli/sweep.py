@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.studies.maps.sampling import Distribution
-    from aeroflutter.studies.maps.sweep import Specimen, SweepResult, SweepStudy
+    from aeroflutter.studies.maps.sweep import Specimen, SweepResult
 
 SMALL = 20  # sections up to which this process is done before others have started
 SPEEDS = ("speed", "speed_ratio")
@@ -67,6 +67,7 @@ def sweep(
     Distributions are cut off where no section can be: a mass ratio is positive, say. Samples
     that no section can have all the same (|x_alpha| above r_alpha) are counted as invalid.
     """
+    from aeroflutter.results import fields_of, to_dataset
     from aeroflutter.studies.maps.sampling import sample as draw
     from aeroflutter.studies.maps.sweep import SweepOptions, SweepStudy, gather
 
@@ -91,10 +92,17 @@ def sweep(
         compute(study, results, executor, "sections")
         found = gather(study, results)
     wall = time.monotonic() - begin
+    about = {**study.about, "vary": "; ".join(f"{key}={text}" for key, text in written.items())}
     output.deliver(
-        _payload(loaded, study, found, wall, keeping.store),
+        {
+            "title": loaded.title,
+            **study.about,
+            **fields_of(found, loaded),
+            "wall_seconds": wall,
+            "store": keeping.store and str(keeping.store),
+        },
         text=lambda: _print(loaded, found, wall),
-        dataset=lambda: _dataset(loaded, study, found),
+        dataset=lambda: to_dataset(found, case=loaded).assign_attrs(about),
         figure=lambda: _figure(loaded, found),
     )
 
@@ -250,31 +258,10 @@ def nominal_flutter(text: str, source: str) -> float:
     return speed
 
 
-DISTRIBUTIONS = ("flutter_speed", "onset_speed", "onset_speed_ratio", "amplitude_deg")
-STATES = ("damped", "lco", "aperiodic", "divergent", "undecided")
-
-
-def _payload(
-    case: Case, study: SweepStudy, found: SweepResult, wall: float, store: Path | None
-) -> dict[str, Any]:
-    valid = found.values["valid"]
-    return {
-        "title": case.title,
-        "samples": found.number,
-        "invalid": int((valid == 0).sum()),
-        "failed": int((valid < 0).sum()),
-        **study.about,
-        **{name: found.distribution(name) for name in DISTRIBUTIONS},
-        "states": {state: found.count(state) for state in STATES},
-        "values": {**found.samples, **found.values},
-        "cpu_seconds": found.cpu_seconds,
-        "wall_seconds": wall,
-        "failures": list(found.failures),
-        "store": None if store is None else str(store),
-    }
-
-
 def _print(case: Case, found: SweepResult, wall: float) -> None:
+    from aeroflutter.motion.response import STATES
+    from aeroflutter.results.studies import DISTRIBUTIONS
+
     print(case.title)
     valid = found.values["valid"]
     facts: dict[str, Any] = {"samples": found.number}
@@ -298,17 +285,6 @@ def _print(case: Case, found: SweepResult, wall: float) -> None:
     show_table(("result", "number", "mean", "deviation", "5 %", "median", "95 %"), rows)
     for failure in found.failures:
         print(f"failed: {failure['block']}: {failure['reason']}")
-
-
-def _dataset(case: Case, study: SweepStudy, found: SweepResult) -> Any:
-    from aeroflutter.results.dataset import to_dataset
-
-    varied = study.about["vary"].items()
-    return to_dataset(found, case=case).assign_attrs(
-        seed=study.about["seed"],
-        design=study.about["design"],
-        vary="; ".join(f"{key}={text}" for key, text in varied),
-    )
 
 
 def _figure(case: Case, found: SweepResult) -> Figure:

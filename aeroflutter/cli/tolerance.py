@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -11,25 +11,10 @@ from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
     from aeroflutter.orbits.cycles import Tolerance
-
-_SPRING_KEYS = {
-    "delta_v": "delta_v_deg",
-    "delta_h": "delta_h_deg",
-    "v_off": "v_off_deg",
-    "h_off": "h_off_deg",
-    "gap": "gap_deg",
-    "centre": "centre_deg",
-    "m0": "m0_deg",
-    "alpha_f": "alpha_f_deg",
-    "delta": "delta_deg",
-    "pitch": "pitch_deg",
-    "moments": "moment_deg",
-}
 
 
 def tolerance(
@@ -68,58 +53,18 @@ def tolerance(
     loaded = options.load(case)
     ask = largest_size if vary == "size" else least_friction
     result = ask(loaded.family(), loaded.spring, speed_ratio, math.radians(amplitude_deg))
-    output.deliver(
-        _payload(loaded, result, vary),
+    output.result(
+        loaded,
+        lambda: result,
+        facts={"vary": vary},
         text=lambda: _print(loaded, result, vary),
-        dataset=lambda: _dataset(loaded, result),
         figure=lambda: _figure(loaded, result),
     )
 
 
-def _payload(case: Case, result: Tolerance, vary: str) -> dict[str, Any]:
-    worst = result.worst
-    return {
-        "title": case.title,
-        "vary": vary,
-        "speed_ratio": result.speed_ratio,
-        "speed": result.speed,
-        "amplitude_deg": math.degrees(result.amplitude),
-        "unlimited": vary == "size" and result.spring is None,
-        "factor": result.factor,
-        "spring": _spring(result.spring),
-        "worst": None
-        if worst is None
-        else {
-            "amplitude_deg": math.degrees(worst.amplitude),
-            "bias_deg": math.degrees(worst.bias),
-            "speed_ratio": worst.speed_ratio,
-            "speed": worst.speed,
-            "period": worst.period,
-        },
-        "notes": result.notes,
-    }
-
-
-def _spring(spring: Any) -> dict[str, Any] | None:
-    """The spring as a case file writes it."""
-    from dataclasses import fields
-
-    if spring is None:
-        return None
-    found: dict[str, Any] = {"kind": spring.kind}
-    for entry in fields(spring):
-        value = getattr(spring, entry.name)
-        key = _SPRING_KEYS.get(entry.name)
-        if key is None:
-            found[entry.name] = value
-        elif isinstance(value, tuple):
-            found[key] = [math.degrees(one) for one in value]
-        else:
-            found[key] = math.degrees(value)
-    return found
-
-
 def _print(case: Case, result: Tolerance, vary: str) -> None:
+    from aeroflutter.results.cycles import spring_record
+
     print(case.title)
     limit = f"{math.degrees(result.amplitude):.6g} deg up to U*/U*_L = {result.speed_ratio:g}"
     if result.spring is None:
@@ -127,7 +72,7 @@ def _print(case: Case, result: Tolerance, vary: str) -> None:
     else:
         what = "largest spring" if vary == "size" else "least friction"
         print(f"{what} that keeps stable limit cycles below {limit}:")
-        show_facts(_spring(result.spring) or {})
+        show_facts(spring_record(result.spring) or {})
         if math.isfinite(result.factor):
             part = "the case's own size" if vary == "size" else "the case's own delta_v"
             print(f"that is {result.factor:.6g} times {part}")
@@ -142,12 +87,6 @@ def _print(case: Case, result: Tolerance, vary: str) -> None:
         )
     for note in result.notes:
         print(f"note: {note}")
-
-
-def _dataset(case: Case, result: Tolerance) -> xr.Dataset:
-    from aeroflutter.results.cycles import to_dataset
-
-    return to_dataset(result, case=case)
 
 
 def _figure(case: Case, result: Tolerance) -> Figure:

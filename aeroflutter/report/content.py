@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from itertools import chain
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +14,11 @@ from numpy.typing import NDArray
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
 from aeroflutter.report.analyses import period
 from aeroflutter.report.motions import Motions, harmonic_motion, marched
+from aeroflutter.results import fields_of
 from aeroflutter.springs import respond
 
 if TYPE_CHECKING:
-    from aeroflutter.orbits.cycles import CycleFamily
-    from aeroflutter.orbits.harmonic import HarmonicBranch
+    from aeroflutter.orbits.cycles import Cycle
     from aeroflutter.report.analyses import Analyses
 
 __all__ = ["gather"]
@@ -42,7 +44,8 @@ def gather(found: Analyses) -> dict[str, Any]:
         title, case, facts, notes, section, axis, locus, spring, curves, events, map, motions.
     """
     motions = Motions()
-    curves = [*_described(found, motions), *_balanced(found, motions), *_exact(found, motions)]
+    by_method = (_described(found, motions), _balanced(found, motions), _exact(found, motions))
+    curves = [_drawn(found, one, motions) for one in chain(*by_method)]
     page = {
         "title": found.case.title,
         "case": found.case.text,
@@ -100,20 +103,21 @@ def _facts(found: Analyses) -> list[tuple[str, str]]:
 
 def _onsets(found: Analyses) -> Iterable[tuple[str, str]]:
     """The lowest cycle of each method, in words."""
-    curve, cycles = found.curve, found.cycles
-    if curve is not None and curve.onset is not None:
-        one = curve.onset
-        yield "describing function", _cycle(found, one.speed, one.amplitude, one.kind)
-    if found.branches:
-        first = min((branch.onset for branch in found.branches), key=lambda o: o.cycle.speed)
-        yield "harmonic balance", _cycle(found, first.cycle.speed, first.amplitude, first.kind)
-    if cycles is not None and cycles.onset is not None:
-        edge = cycles.onset.cycle
-        yield "exact", _cycle(found, edge.speed, edge.amplitude, cycles.onset.kind)
+    for name, result in _results(found).items():
+        one = fields_of(result)["onset"]
+        if one is not None:
+            where = f"{one['speed'] / found.unit:.6g}, {one['amplitude_deg']:.4g}°"
+            yield name, f"{where} ({one['kind']})"
 
 
-def _cycle(found: Analyses, speed: float, amplitude: float, kind: str) -> str:
-    return f"{speed / found.unit:.6g}, {math.degrees(amplitude):.4g}° ({kind})"
+def _results(found: Analyses) -> dict[str, Any]:
+    """What the methods found of limit cycles."""
+    results = {
+        "describing function": found.curve,
+        "harmonic balance": found.branches or None,
+        "exact": found.cycles,
+    }
+    return {name: result for name, result in results.items() if result is not None}
 
 
 def _section(found: Analyses) -> dict[str, float | None]:
@@ -141,9 +145,7 @@ def _locus(found: Analyses) -> dict[str, Any]:
             }
             for j in modes
         ],
-        "crossings": [
-            {"speed": one.speed, "k": one.k, "growing": one.growing} for one in locus.crossings
-        ],
+        "crossings": fields_of(locus)["crossings"],
         "flutter": found.flutter,
         "divergence": locus.divergence,
     }
@@ -166,36 +168,120 @@ def _thinned(m: int, extra: Iterable[int] = (), most: int = POINTS) -> list[int]
     return sorted({*regular.tolist(), *extra})
 
 
-Curves = list[tuple[dict[str, Any], list[dict[str, Any]]]]
+class _Curve(NamedTuple):
+    """A family of cycles by one method: its points and bifurcations as files write them."""
+
+    method: str
+    family: int
+    points: list[dict[str, Any]]
+    events: list[dict[str, Any]]
+    motions: Sequence[Callable[[], object]]  # each adds the motion of a point, or of an event
+    more: Callable[[list[int]], dict[str, Any]] = lambda shown: {}
 
 
-def _described(found: Analyses, motions: Motions) -> Curves:
+def _drawn(found: Analyses, one: _Curve, added: Motions) -> tuple[dict[str, Any], list[Any]]:
+    """A curve as the page draws it, and its bifurcations."""
+    lowest = int(np.argmin([point["speed"] for point in one.points]))
+    shown = _thinned(len(one.points), [lowest])
+    first, count = len(added.headers), len(one.points)
+    for i in [*shown, *range(count, count + len(one.events))]:
+        one.motions[i]()
+    points = [_place(found, one.points[i]) for i in shown]
+    curve = {
+        "method": one.method,
+        "family": one.family,
+        **{name: [point[name] for point in points] for name in points[0]},
+        "stable": [one.points[i]["stable"] for i in shown],
+        "motion": first,
+        **one.more(shown),
+    }
+    events = [
+        {"kind": event["kind"], "method": one.method, **_place(found, event), "motion": n}
+        for n, event in enumerate(one.events, first + len(shown))
+    ]
+    return curve, events
+
+
+def _place(found: Analyses, point: dict[str, Any]) -> dict[str, float]:
+    """Where a cycle is drawn, its bias without round-off."""
+    bias, amplitude = point["bias_deg"], point["amplitude_deg"]
+    return {
+        "x": point["speed"] / found.unit,
+        "amplitude": amplitude,
+        "bias": 0.0 if abs(bias) < 1e-9 * abs(amplitude) else bias,
+        "period": point.get("period", 2.0 * math.pi / point.get("k", math.nan)),
+    }
+
+
+def _described(found: Analyses, added: Motions) -> Iterator[_Curve]:
     """Curves of the describing function: sinusoids, with the band that is proved."""
-    curve, family = found.curve, found.case.family()
+    curve = found.curve
     if curve is None:
-        return []
-    curves: Curves = []
+        return
+    points = fields_of(curve)["branch"]
+
+    def add(i: int) -> None:
+        Y = np.array([curve.bias[i], -1j * curve.amplitude[i]])
+        _add_harmonic(found, added, float(curve.speed[i]), Y, float(curve.k[i]))
+
     for one in curve.families[:MOST_CURVES]:
         mine = np.flatnonzero(curve.family == one.number)
-        shown = mine[_thinned(mine.size, [int(np.argmin(curve.speed[mine]))])]
-        first = len(motions.headers)
-        for i in shown:
-            Y = np.array([curve.bias[i], -1j * curve.amplitude[i]])
-            system = family.at(float(curve.speed[i]))
-            motions.add_periodic(*harmonic_motion(system, found.case.spring, Y, float(curve.k[i])))
-        drawn = {
-            "method": "df",
-            "family": one.number,
-            "x": curve.speed[shown] / found.unit,
-            "amplitude": np.degrees(curve.amplitude[shown]),
-            "bias": list(map(_rounded, *np.degrees((curve.bias[shown], curve.amplitude[shown])))),
-            "period": 2.0 * np.pi / curve.k[shown],
-            "stable": curve.stable[shown],
-            "motion": first,
-            **_proved(found, mine, shown),
-        }
-        curves.append((drawn, []))
-    return curves
+        places = mine.tolist()
+        yield _Curve(
+            "df",
+            one.number,
+            [points[i] for i in places],
+            [],
+            [partial(add, i) for i in places],
+            lambda shown, mine=mine: _proved(found, mine, mine[shown]),  # type: ignore[misc]
+        )
+
+
+def _balanced(found: Analyses, added: Motions) -> Iterator[_Curve]:
+    """Curves of the harmonic balance; exact bifurcations, if there are any, stand for its own."""
+    exact = found.cycles is not None and found.cycles.families
+    for branch in found.branches[:MOST_CURVES]:
+        fields, located = fields_of(branch), () if exact else branch.bifurcations
+        cycles = [*branch.cycles, *(event.cycle for event in located)]
+        yield _Curve(
+            "hb",
+            branch.family,
+            fields["branch"],
+            [
+                {**event, "period": one.cycle.period}
+                for event, one in zip(fields["bifurcations"], located, strict=False)
+            ],
+            [partial(_add_harmonic, found, added, one.speed, one.Y, one.omega) for one in cycles],
+            lambda shown, top=branch.harmonics: {"harmonics": top},  # type: ignore[misc]
+        )
+
+
+def _exact(found: Analyses, added: Motions) -> Iterator[_Curve]:
+    """Curves of the exact cycles."""
+    if found.cycles is None:
+        return
+    fields = fields_of(found.cycles)
+
+    def add(cycle: Cycle) -> None:
+        start = Initial(state=cycle.state, memory=cycle.memory)
+        system = found.case.family().at(cycle.speed)
+        period = cycle.period
+        added.add_response(marched(system, found.case.spring, start, period, period))
+
+    for family in found.cycles.families[:MOST_CURVES]:
+        cycles = [*family.cycles, *(event.cycle for event in family.bifurcations)]
+        number = family.number
+        points, events = (
+            [one for one in fields[name] if one["family"] == number]
+            for name in ("branch", "bifurcations")
+        )
+        yield _Curve("exact", number, points, events, [partial(add, cycle) for cycle in cycles])
+
+
+def _add_harmonic(found: Analyses, added: Motions, speed: float, Y: Any, omega: float) -> None:
+    """Add one period of a motion that is given by its harmonics."""
+    case = found.case
+    added.add_periodic(*harmonic_motion(case.family().at(speed), case.spring, Y, omega))
 
 
 def _proved(found: Analyses, mine: NDArray[np.intp], shown: NDArray[np.intp]) -> dict[str, Any]:
@@ -214,104 +300,12 @@ def _proved(found: Analyses, mine: NDArray[np.intp], shown: NDArray[np.intp]) ->
     return {"band": proof.speed[shown] / found.unit, "outline": {"x": x, "y": y}}
 
 
-def _balanced(found: Analyses, motions: Motions) -> Curves:
-    """Curves of the harmonic balance."""
-    family = found.case.family()
-    curves: Curves = []
-    for branch in found.branches[:MOST_CURVES]:
-        shown = _thinned(branch.speed.size, [int(np.argmin(branch.speed))])
-        first = len(motions.headers)
-        cycles = [branch.cycles[i] for i in shown]
-        for cycle in [*cycles, *(event.cycle for event in branch.bifurcations)]:
-            system = family.at(cycle.speed)
-            motions.add_periodic(*harmonic_motion(system, found.case.spring, cycle.Y, cycle.omega))
-        curve = {
-            "method": "hb",
-            "family": branch.family,
-            "x": branch.speed[shown] / found.unit,
-            "amplitude": np.degrees(branch.amplitude[shown]),
-            "bias": list(map(_rounded, *np.degrees((branch.bias[shown], branch.amplitude[shown])))),
-            "period": branch.period[shown],
-            "stable": branch.stable[shown],
-            "motion": first,
-            "harmonics": branch.harmonics,
-        }
-        curves.append((curve, _balanced_events(found, branch, first + len(shown))))
-    return curves
-
-
-def _balanced_events(found: Analyses, branch: HarmonicBranch, first: int) -> list[dict[str, Any]]:
-    """Bifurcations of a branch; exact ones, where there are any, take their place."""
-    if found.cycles is not None and found.cycles.families:
-        return []
-    return [
-        {
-            "kind": event.kind,
-            "method": "hb",
-            "x": event.cycle.speed / found.unit,
-            "amplitude": math.degrees(event.amplitude),
-            "bias": math.degrees(_rounded(event.bias, event.amplitude)),
-            "period": event.cycle.period,
-            "motion": first + n,
-        }
-        for n, event in enumerate(branch.bifurcations)
-    ]
-
-
-def _exact(found: Analyses, motions: Motions) -> Curves:
-    """Curves of the exact cycles."""
-    if found.cycles is None:
-        return []
-    curves: Curves = []
-    for family in found.cycles.families[:MOST_CURVES]:
-        lowest = int(np.argmin([cycle.speed for cycle in family.cycles]))
-        shown = [family.cycles[i] for i in _thinned(len(family.cycles), [lowest])]
-        first = len(motions.headers)
-        for cycle in [*shown, *(event.cycle for event in family.bifurcations)]:
-            start = Initial(state=cycle.state, memory=cycle.memory)
-            system = found.case.family().at(cycle.speed)
-            motions.add_response(
-                marched(system, found.case.spring, start, cycle.period, cycle.period)
-            )
-        curve = {
-            "method": "exact",
-            "family": family.number,
-            "x": [cycle.speed / found.unit for cycle in shown],
-            "amplitude": [math.degrees(cycle.amplitude) for cycle in shown],
-            "bias": [math.degrees(_rounded(one.bias, one.amplitude)) for one in shown],
-            "period": [cycle.period for cycle in shown],
-            "stable": [cycle.stable for cycle in shown],
-            "motion": first,
-        }
-        curves.append((curve, _exact_events(found, family, first + len(shown))))
-    return curves
-
-
-def _exact_events(found: Analyses, family: CycleFamily, first: int) -> list[dict[str, Any]]:
-    return [
-        {
-            "kind": event.kind,
-            "method": "exact",
-            "x": event.cycle.speed / found.unit,
-            "amplitude": math.degrees(event.cycle.amplitude),
-            "bias": math.degrees(_rounded(event.cycle.bias, event.cycle.amplitude)),
-            "period": event.cycle.period,
-            "motion": first + n,
-        }
-        for n, event in enumerate(family.bifurcations)
-    ]
-
-
 def _unshown(found: Analyses, curves: Sequence[Any]) -> Iterator[str]:
     """What a reader would miss in the figure of the curves."""
     if not curves:
         yield "No method found a limit cycle."
-    families = {
-        "describing function": found.curve.families if found.curve else (),
-        "harmonic balance": found.branches,
-        "exact": found.cycles.families if found.cycles else (),
-    }
-    for name, every in families.items():
+    for name, result in _results(found).items():
+        every = result if isinstance(result, tuple) else result.families
         if len(every) > MOST_CURVES:
             yield (
                 f"Of {len(every)} families ({name}) the first {MOST_CURVES} are shown; "
@@ -319,21 +313,13 @@ def _unshown(found: Analyses, curves: Sequence[Any]) -> Iterator[str]:
             )
 
 
-def _rounded(bias: float, amplitude: float) -> float:
-    """A bias without its round-off."""
-    return 0.0 if abs(bias) < 1e-9 * abs(amplitude) else bias
-
-
 def _view(found: Analyses) -> dict[str, Any]:
     """Limits of the amplitude figure: far out every branch runs along its asymptote."""
-    points = [
-        *_points(found.curve, found.unit),
-        *((b.speed / found.unit, np.degrees(b.amplitude)) for b in found.branches),
-        *_exact_points(found),
-    ]
+    points = [one for result in _results(found).values() for one in fields_of(result)["branch"]]
     if not points:
         return {"x": None, "y": None}
-    x, y = (np.concatenate(part) for part in zip(*points, strict=True))
+    x = np.array([one["speed"] for one in points]) / found.unit
+    y = np.array([one["amplitude_deg"] for one in points])
     low = float(x.min())
     high = (
         float(x.max())
@@ -347,20 +333,6 @@ def _view(found: Analyses) -> dict[str, Any]:
     if size > 0.05 * math.degrees(found.case.spring.scale):
         top = min(top, 12.0 * size)
     return {"x": [low - pad, high], "y": [0.0, 1.05 * top]}
-
-
-def _points(curve: Any, unit: float) -> Sequence[tuple[Array, Array]]:
-    if curve is None or not curve.amplitude.size:
-        return []
-    return [(curve.speed / unit, np.degrees(curve.amplitude))]
-
-
-def _exact_points(found: Analyses) -> Sequence[tuple[Array, Array]]:
-    cycles = found.cycles.cycles if found.cycles else ()
-    if not cycles:
-        return []
-    x, y = np.array([(cycle.speed, cycle.amplitude) for cycle in cycles]).T
-    return [(x / found.unit, np.degrees(y))]
 
 
 def _map(found: Analyses, motions: Motions) -> dict[str, Any]:

@@ -1,124 +1,369 @@
-"""Exact limit cycles as Datasets; importing this module teaches `to_dataset` about them."""
+"""What results know of cycles: describing functions and proofs, harmonic balance, exact cycles."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.orbits.cycles import Cycle, CycleOnset, CyclesAt, LimitCycles, Tolerance
-from aeroflutter.results.dataset import labelled, split_complex, to_dataset
+from aeroflutter.results.fields import FIELDS, Field
+from aeroflutter.results.plain import plain
+from aeroflutter.results.schema import (
+    Entry,
+    Many,
+    One,
+    Value,
+    View,
+    bulk,
+    in_files,
+    item,
+    layout,
+    record,
+    rows,
+    within,
+)  # fmt: skip
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from aeroflutter.guarantees import Guarantees
+    from aeroflutter.guarantees.looptest import LoopTest
+    from aeroflutter.orbits.describing import DescribingCurve
+    from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOnset
+    from aeroflutter.springs import Spring
 
-    from aeroflutter.case import Case
+__all__ = ["LAYOUTS", "Branches", "Proved", "guarantee_fields", "spring_record"]
 
-__all__ = ["to_dataset"]
+# Describing functions: the curve, the same with what is proved of it, the loop at one speed
 
-_ANGLES = ("amplitude", "bias", "first_harmonic", "memory")
-_PLAIN = ("speed", "speed_ratio", "period", "k", "closure", "switches", "family")
-_FLAGS = ("stable", "symmetric", "continuum")
+DF_ONSET = layout(
+    *("speed", "speed_ratio", "amplitude", "bias", "k", "kind", "stable"),
+    item("stable_below", "beside", 0),
+    item("stable_above", "beside", 1),
+    "family",
+)
+DF_FAMILY = layout(
+    Value("family", "number", label="number"),
+    *("biased", "mirror_of"),
+    Value("ends", dims=("end",)),
+    "closed",
+    One("onset", layout=DF_ONSET),
+    One("stable_onset", layout=DF_ONSET),
+    Many("folds", layout=DF_ONSET, dim="fold", prefix="family_fold_"),
+)
+DF_POINT = layout(
+    *("amplitude", "bias", "speed", "speed_ratio", "k", "n_p", "n_q", "stable", "family"),
+    *("distortion", "in_thesis_range", "rules_agree"),
+)
+DF_REST: tuple[str | Entry, ...] = (
+    One("onset", layout=DF_ONSET),
+    One("stable_onset", layout=DF_ONSET),
+    Many("families", layout=DF_FAMILY, dim="number", prefix="family_"),
+    *("amplitude_range", "speed_range", "notes"),
+)
+DESCRIBING = layout(
+    "flutter_speed",
+    Many("branch", lambda one: rows(one, one.speed.size), layout=DF_POINT, dim="point"),
+    *DF_REST,
+)
 
-_NAMES = {
-    "multipliers": ("1", "Floquet multipliers of the period, the trivial one first"),
-    "symmetric": ("1", "1 where the second half of the period mirrors the first"),
-    "continuum": ("1", "1 where the cycle is one of a continuum that differs in bias only"),
-    "closure": ("1", "what the exact flow misses after one period, over each state's own size"),
-    "switches": ("1", "switches of the spring a period"),
-    "start": ("1", "a point of the cycle, rad and tau"),
-    "bifurcation_kind": ("1", "kind of bifurcation"),
-    "bifurcation_speed": ("1", "airspeed U* of the bifurcation"),
-    "bifurcation_speed_ratio": ("1", "the same over the linear flutter speed"),
-    "bifurcation_amplitude_deg": ("degree", "pitch amplitude at the bifurcation"),
-    "bifurcation_period": ("1", "period in tau at the bifurcation"),
-    "bifurcation_family": ("1", "number of the family of the bifurcation"),
-    "origin": ("1", "where the family was found"),
-    "begins": ("1", "why the family ends at its first cycle"),
-    "ends": ("1", "why the family ends at its last cycle"),
+
+def _guarantee(name: str, of: str | Any, label: str = "") -> Entry:
+    label = label or f"guarantee_{name}"
+    return Value(label, of, key=name, label=label)
+
+
+GUARANTEE = layout(
+    _guarantee("guaranteed", "guaranteed", "guaranteed"),
+    _guarantee("reason", "reason"),
+    _guarantee("method", "method"),
+    _guarantee("speed", "speed"),
+    _guarantee("speed_ratio", lambda one: one.speed / one.unit),
+    _guarantee("k", "omega"),
+    _guarantee("amplitude", "amplitude"),
+    _guarantee("exists_at_speed", "exists_at_speed", "exists_at_speed"),
+    _guarantee("harmonics", lambda one: one.rest if one.guaranteed else np.nan),
+    _guarantee("contraction_ratio", "ratio", "contraction_ratio"),
+    _guarantee("expected_error", "expected_error", "expected_error"),
+    _guarantee("doubtful", "doubtful", "doubtful"),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Proved:
+    """A describing function's curve with what is proved of every point.
+
+    Attributes
+    ----------
+    curve
+        The curve.
+    guarantees
+        Of its points.
+    """
+
+    curve: DescribingCurve
+    guarantees: Guarantees
+
+    @property
+    def points(self) -> list[View]:
+        """Its points, the guarantee of each in `guarantee`."""
+        return [
+            View(self.curve, i, guarantee=guarantee_view(self.guarantees, i, self.curve))
+            for i in range(self.curve.speed.size)
+        ]
+
+
+def guarantee_view(found: Guarantees, i: int, of: Any) -> View:
+    """A guarantee as a record, with the speed U*_L that belongs to the curve; NaN without one."""
+    return View(found, i, unit=of.flutter_speed or np.nan)
+
+
+def guarantee_fields(found: Guarantees, i: int, unit: float | None = None) -> dict[str, Any]:
+    """Point `i` of guarantees: its bands, or the reason why there are none.
+
+    Parameters
+    ----------
+    unit
+        Linear flutter speed U*_L, for `speed_ratio`.
+    """
+    fields: dict[str, Any] = plain(record(View(found, i, unit=unit or np.nan), GUARANTEE))
+    return fields
+
+
+PROVED = layout(
+    *within("curve", "flutter_speed"),
+    Many(
+        "branch",
+        "points",
+        layout=layout(*DF_POINT.entries, One("guarantee", layout=GUARANTEE)),
+        dim="point",
+    ),
+    One("", "curve", layout=layout(*DF_REST)),
+)
+
+
+def _loop_cycles(one: LoopTest) -> list[View]:
+    """The cycles of a loop test, with their harmonics and guarantees as records."""
+    unit = one.speed / one.speed_ratio
+    return [
+        View(
+            cycle,
+            rows=rows(cycle, cycle.orders.size),
+            guarantee=View(cycle.guarantee, 0, unit=unit),
+        )
+        for cycle in one.cycles
+    ]
+
+
+LOOP_HARMONIC = layout(
+    Value("order", "orders", label=None),
+    Value("answer", "answers"),
+    Value("gain", "gains"),
+    "predicted",
+    Value("spoils", "spoiling"),
+)
+LOOP_CYCLE = layout(
+    *("amplitude", "bias"),
+    Value("k", label="cycle_k"),
+    Value("describing_function", "N"),
+    Many("harmonics", "rows", layout=LOOP_HARMONIC, dim="order"),
+    One("guarantee", layout=GUARANTEE),
+)
+LOOP = layout(
+    *("speed", "speed_ratio"),
+    Many("cycles", _loop_cycles, layout=LOOP_CYCLE, dim="cycle"),
+    Value("k", "frequency", key="frequency", dims=("k",)),
+    Value("response", "G"),
+    Value("amplitude", key="locus_amplitude", label=None),
+    Value("locus_amplitude", lambda one: np.degrees(one.amplitude), key=None),
+    "locus",
+    Value(
+        "order",
+        lambda one: one.cycles[0].orders if one.cycles else np.empty(0, dtype=int),
+        key=None,
+        dims=("order",),
+    ),
+    frame=("cycle",),
+)
+
+# Harmonic balance
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Families of the harmonic balance, numbered from 1.
+
+    Attributes
+    ----------
+    branches
+        One a family.
+    """
+
+    branches: tuple[HarmonicBranch, ...]
+
+    @property
+    def flutter_speed(self) -> float | None:
+        """U*_L, or None."""
+        return self.branches[0].flutter_speed
+
+    @property
+    def families(self) -> list[View]:
+        """The families by their numbers."""
+        return [View(branch, family=n) for n, branch in enumerate(self.branches, 1)]
+
+    @property
+    def points(self) -> list[View]:
+        """The cycles of all families, harmonics up to the highest of all."""
+        top = max(branch.harmonics for branch in self.branches)
+        return [
+            View(branch, i, family=n, symmetric=branch.symmetric, harmonics=branch.harmonics,
+                 top=top)
+            for n, branch in enumerate(self.branches, 1)
+            for i in range(branch.speed.size)
+        ]  # fmt: skip
+
+    @property
+    def bifurcations(self) -> list[View]:
+        """The bifurcations of all families."""
+        numbered = enumerate(self.branches, 1)
+        return [View(event, family=n) for n, branch in numbered for event in branch.bifurcations]
+
+    @property
+    def onset(self) -> HarmonicOnset:
+        """The lowest cycle of all."""
+        return min((one.onset for one in self.branches), key=lambda onset: onset.cycle.speed)
+
+    @property
+    def stable_onset(self) -> HarmonicOnset | None:
+        """The lowest stable one."""
+        found = [one.stable_onset for one in self.branches if one.stable_onset is not None]
+        return min(found, key=lambda onset: onset.cycle.speed, default=None)
+
+
+HB_ONSET = layout(*within("cycle", "speed"), "speed_ratio", "amplitude", "kind", "stable")
+HB_POINT = layout(
+    *("family", "amplitude", "bias", "first_harmonic", "speed", "speed_ratio"),
+    Value("k", "omega"),
+    *("period", "stable"),
+    Value("stability_certain", "certain"),
+    *("multipliers", "multiplier_error", "symmetric", "harmonics", "truncation"),
+    *bulk("margin"),
+    Value(
+        "pitch_harmonic",
+        lambda one: np.pad(one.cycles.Y, (0, one.top + 1 - one.cycles.Y.size)),
+        key=None,
+    ),
+)
+HARMONIC = layout(
+    "flutter_speed",
+    Many("branch", "points", layout=HB_POINT, dim="point"),
+    Many(
+        "bifurcations",
+        layout=layout(
+            "kind", *within("cycle", "speed"), "speed_ratio", "amplitude", "bias", "family"
+        ),
+        dim="event",
+        prefix="bifurcation_",
+    ),
+    One("onset", layout=HB_ONSET),
+    One("stable_onset", layout=HB_ONSET),
+    Many(
+        "families",
+        layout=layout(
+            Value("family", label="number"),
+            *("symmetric", "harmonics", "converged", "closed"),
+            Value("ends", "stops", dims=("end",)),
+            One("onset", layout=HB_ONSET),
+            One("stable_onset", layout=HB_ONSET),
+        ),
+        dim="number",
+        prefix="family_",
+    ),
+    Value("harmonic", lambda one: np.arange(one.points[0].top + 1), key=None, dims=("harmonic",)),
+)
+
+# Exact cycles
+
+CYCLE = layout(
+    *("family", "amplitude", "bias", "first_harmonic", "speed", "speed_ratio", "k", "period"),
+    *("stable", "multipliers", "symmetric", "continuum", "closure", "switches"),
+    *bulk("memory"),
+    Value("start", "state", key=None),
+)
+CYCLE_EVENT = layout(
+    "kind",
+    One("", "cycle", layout=CYCLE),
+    item("stable_before", "stable_beside", 0),
+    item("stable_after", "stable_beside", 1),
+)
+CYCLE_ONSET = layout(
+    *within("cycle", "speed", "speed_ratio", "amplitude", "bias", "period"),
+    "kind",
+    "stable",
+    *within("cycle", "family"),
+)
+CYCLE_FAMILY = layout(
+    Value("family", "number", label="number"),
+    Value("origin", label="origin"),
+    *("parent", "symmetric", "closed"),
+    Value("ends", "stopped", label=None),
+    item("begins", "stopped", 0, key=None, label="begins"),
+    item("ends", "stopped", 1, key=None, label="ends"),
+    Value("cycles", lambda one: len(one.cycles)),
+    One("onset", layout=CYCLE_ONSET),
+    One("stable_onset", layout=CYCLE_ONSET),
+)
+LIMIT_REST: tuple[str | Entry, ...] = (
+    Many("bifurcations", layout=CYCLE_EVENT, dim="event", prefix="bifurcation_"),
+    One("onset", layout=CYCLE_ONSET),
+    One("stable_onset", layout=CYCLE_ONSET),
+    Many("families", layout=CYCLE_FAMILY, dim="number", prefix="family_"),
+    Value("mirrored", "odd", label="odd"),
+    *("speed_range", "notes"),
+)
+LIMIT_CYCLES = layout(
+    "flutter_speed", Many("branch", "cycles", layout=CYCLE, dim="point"), *LIMIT_REST
+)
+CYCLES_AT = layout(
+    *within("branch", "flutter_speed"),
+    Many("branch", "cycles", layout=CYCLE, dim="point"),
+    One("", "branch", layout=layout(*LIMIT_REST)),
+    Value("speed", label="at_speed"),
+    Value("speed_ratio", label="at_speed_ratio"),
+    Many("cycles", layout=CYCLE, dim="point", label=None),
+)
+
+
+def spring_record(spring: Spring | None) -> dict[str, Any] | None:
+    """A spring as a case file writes it."""
+    if spring is None:
+        return None
+    found: dict[str, Any] = {"kind": spring.kind}
+    for entry in fields(spring):  # type: ignore[arg-type]
+        name = {"moments": "moment"}.get(entry.name, entry.name)
+        field = FIELDS.get(name, Field(""))
+        found[name + field.kind.suffix] = in_files(getattr(spring, entry.name), field)
+    return found
+
+
+TOLERANCE = layout(
+    Value("speed_ratio", label="tolerance_speed_ratio"),
+    Value("speed", label="tolerance_speed"),
+    Value("amplitude", label="tolerance_amplitude"),
+    "unlimited",
+    Value("factor", label="tolerance_factor"),
+    Value("spring", lambda one: spring_record(one.spring), label=None),
+    Value("tolerance_spring", lambda one: repr(one.spring), key=None),
+    One("worst", layout=layout("amplitude", "bias", "speed_ratio", "speed", "period")),
+    Value("notes", label="tolerance_notes"),
+    One("", "branch", key=None, layout=LIMIT_CYCLES),
+)
+
+LAYOUTS = {
+    "DescribingCurve": DESCRIBING,
+    "Proved": PROVED,
+    "LoopTest": LOOP,
+    "Branches": HARMONIC,
+    "LimitCycles": LIMIT_CYCLES,
+    "CyclesAt": CYCLES_AT,
+    "Tolerance": TOLERANCE,
 }
-
-
-@to_dataset.register(LimitCycles)
-def _(result: LimitCycles, *, case: Case | None = None) -> xr.Dataset:
-    cycles = [event.cycle for event in result.bifurcations]
-    events = {
-        "kind": [event.kind for event in result.bifurcations],
-        "speed": [cycle.speed for cycle in cycles],
-        "speed_ratio": [cycle.speed_ratio for cycle in cycles],
-        "amplitude_deg": np.degrees([cycle.amplitude for cycle in cycles]),
-        "period": [cycle.period for cycle in cycles],
-        "family": [cycle.family for cycle in cycles],
-    }
-    variables = _cycles(result.cycles)
-    variables |= {f"bifurcation_{name}": ("event", values) for name, values in events.items()}
-    variables |= {
-        "origin": ("number", [one.origin for one in result.families]),
-        "begins": ("number", [one.stopped[0] for one in result.families]),
-        "ends": ("number", [one.stopped[1] for one in result.families]),
-    }
-    coordinates = {"part": ["re", "im"], "number": [one.number for one in result.families]}
-    return _described(labelled(variables, coordinates, _facts(result), case))
-
-
-@to_dataset.register(CyclesAt)
-def _(result: CyclesAt, *, case: Case | None = None) -> xr.Dataset:
-    facts = {"at_speed": result.speed, "at_speed_ratio": result.speed_ratio}
-    facts |= _facts(result.branch)
-    return _described(labelled(_cycles(result.cycles), {"part": ["re", "im"]}, facts, case))
-
-
-@to_dataset.register(Tolerance)
-def _(result: Tolerance, *, case: Case | None = None) -> xr.Dataset:
-    facts = {
-        "tolerance_amplitude_deg": float(np.degrees(result.amplitude)),
-        "tolerance_speed_ratio": result.speed_ratio,
-        "tolerance_factor": result.factor,
-        "tolerance_spring": repr(result.spring),
-    }
-    return to_dataset(result.branch, case=case).assign_attrs(facts)
-
-
-def _cycles(cycles: Sequence[Cycle]) -> dict[str, Any]:
-    variables: dict[str, Any] = {
-        f"{name}_deg": ("point", np.degrees([getattr(one, name) for one in cycles]))
-        for name in _ANGLES
-    }
-    variables |= {
-        name: ("point", np.array([getattr(one, name) for one in cycles])) for name in _PLAIN
-    }
-    variables |= {
-        name: ("point", np.array([getattr(one, name) for one in cycles], dtype=np.int8))
-        for name in _FLAGS
-    }
-    n = cycles[0].state.size if cycles else 0
-    multipliers = np.array([one.multipliers for one in cycles], dtype=complex).reshape(-1, n)
-    variables["multipliers"] = ("point", "multiplier", "part"), split_complex(multipliers)
-    variables["start"] = ("point", "state"), np.array([one.state for one in cycles]).reshape(-1, n)
-    return variables
-
-
-def _facts(result: LimitCycles) -> dict[str, Any]:
-    facts: dict[str, Any] = {"notes": "; ".join(result.notes), "odd": int(result.odd)}
-    if result.flutter_speed is not None:
-        facts["flutter_speed"] = result.flutter_speed
-    for name, onset in (("onset", result.onset), ("stable_onset", result.stable_onset)):
-        facts |= {} if onset is None else _onset(name, onset)
-    return facts
-
-
-def _onset(name: str, onset: CycleOnset) -> dict[str, Any]:
-    return {
-        f"{name}_speed": onset.cycle.speed,
-        f"{name}_speed_ratio": onset.cycle.speed_ratio,
-        f"{name}_amplitude_deg": float(np.degrees(onset.cycle.amplitude)),
-        f"{name}_kind": onset.kind,
-    }
-
-
-def _described(dataset: xr.Dataset) -> xr.Dataset:
-    for name, (units, long_name) in _NAMES.items():
-        if name in dataset:
-            dataset[name].attrs |= {"units": units, "long_name": long_name}
-    return dataset

@@ -1,210 +1,213 @@
-"""Results as labelled xarray Datasets with units, long names and provenance.
+"""Results as labelled xarray Datasets with units, long names and provenance, and as DataFrames.
 
-The conventions live in one table, :data:`VARIABLES`. Files speak degrees, so angles are converted
-here, once, and their names end in ``_deg``.
+What there is to encode stands in the layouts, its names and units in the table of fields. Files
+speak degrees, so names of angles end in ``_deg``; of a section in SI units velocities, frequencies
+and times stand beside.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import metadata, resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from aeroflutter.linear.rootlocus import RootLocus
-from aeroflutter.motion.response import STATES
-from aeroflutter.orbits.describing.result import DescribingCurve
-from aeroflutter.studies.maps.engines import FAILED
-from aeroflutter.studies.maps.flutter_map import CELLS, EDGES, LABELS, FlutterMap
-from aeroflutter.studies.maps.sweep import SweepResult
+from aeroflutter.results.fields import FIELDS, TEXT, Field
+from aeroflutter.results.layouts import layout_of
+from aeroflutter.results.schema import columns
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from aeroflutter.case import Case
+    from aeroflutter.results.schema import Layout
+
+__all__ = ["VARIABLES", "provenance", "to_dataframe", "to_dataset"]
 
 # name: (units, long name); "1" is dimensionless in the CF conventions
 VARIABLES: dict[str, tuple[str, str]] = {
-    "speed": ("1", "airspeed U* = V/(b omega_alpha)"),
-    "speed_ratio": ("1", "airspeed over the linear flutter speed, U*/U*_L"),
-    "velocity": ("m s-1", "airspeed V"),
-    "root": ("1", "root p of det B(p), per unit of tau = V t/b"),
-    "part": ("1", "real and imaginary part"),
-    "mode": ("1", "number of the mode"),
-    "k": ("1", "reduced frequency omega b/V"),
-    "amplitude_deg": ("degree", "pitch amplitude, half peak to peak"),
-    "bias_deg": ("degree", "midrange of pitch"),
-    "first_harmonic_deg": ("degree", "amplitude of the first harmonic of pitch"),
-    "n_p": ("1", "describing function, in phase with pitch"),
-    "n_q": ("1", "describing function, in quadrature with pitch"),
-    "stable": ("1", "1 where the cycle is stable"),
-    "family": ("1", "number of the family of cycles"),
-    "distortion": ("1", "predicted harmonics 2-9 of pitch over the first"),
-    "in_thesis_range": ("1", "1 where the thesis's describing function applies"),
-    "time": ("1", "nondimensional time tau = V t/b"),
-    "pitch_deg": ("degree", "pitch, nose up"),
-    "heave": ("1", "heave over the semi-chord, positive down"),
-    "moment_deg": ("degree", "restoring moment of the spring over its unit stiffness"),
-    "memory_deg": ("degree", "memory of the spring"),
-    "period": ("1", "period in tau"),
-    "alpha_deg": ("degree", "initial pitch"),
-    "state": ("1", "end state"),
-    "rest_deg": ("degree", "pitch at which a damped motion comes to rest"),
-    "decided_at": ("1", "nondimensional time tau after which the end state was certain"),
-    "attractor": ("1", "number of the attractor: cells with one number end on the same"),
-    "boundary_x": ("1", "refined boundary between a cell and the next along the first axis"),
-    "boundary_y": ("1", "refined boundary between a cell and the next along the second axis"),
-    "sample": ("1", "number of the section in the sample"),
-    "valid": ("1", "whether the values make a section"),
-    "flutter_speed": ("1", "linear flutter speed U*_L"),
-    "flutter_k": ("1", "reduced frequency at the linear flutter speed"),
-    "onset_speed": ("1", "lowest airspeed U* of a limit cycle by describing functions"),
-    "onset_speed_ratio": ("1", "the same over the linear flutter speed"),
-    "onset_amplitude_deg": ("degree", "pitch amplitude of that limit cycle"),
-    "marched_at": ("1", "airspeed U* at which the end state was sought"),
+    name + field.kind.suffix: (field.kind.units, field.long_name) for name, field in FIELDS.items()
 }
+PARTS = {"part": ["re", "im"], "band": ["low", "high"], "side": ["before", "after"]}
 
 
-@functools.singledispatch
 def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:
     """The result of an analysis as an xarray Dataset.
 
     Parameters
     ----------
     result : object
-        A result object of any analysis.
+        A result object of any analysis; several branches of the harmonic balance as a tuple.
     case : Case, optional
-        Its text and hash are recorded as provenance.
+        Its text and hash are recorded as provenance, and its scale gives SI units.
 
     Raises
     ------
-    TypeError
+    InputError
+        If the object is not the result of an analysis.
+
+    Notes
+    -----
+    Angles are in degrees, and complex numbers have a dimension `part`, since NetCDF knows none.
+    Where a number does not exist stands NaN, or -1 among whole numbers and flags.
+    """
+    return encoded(*layout_of(result), case)
+
+
+def to_dataframe(result: object, *, case: Case | None = None) -> pd.DataFrame:
+    """The main table of a result as a pandas DataFrame, one point of its curve a row, say.
+
+    Columns have the names and the numbers of `to_dataset`; what has further dimensions is in
+    columns numbered from 1, its real and imaginary parts in columns `…_re` and `…_im`. Facts and
+    units are in `attrs`.
+
+    Parameters
+    ----------
+    result : object
+        A result object of any analysis; several branches of the harmonic balance as a tuple.
+    case : Case, optional
+        Its text and hash are recorded as provenance, and its scale gives SI units.
+
+    Raises
+    ------
+    InputError
         If the object is not the result of an analysis.
     """
-    subject = "" if case is None else f" of {case.title}"
-    raise TypeError(f"{type(result).__name__}{subject} is not a result of an analysis")
-
-
-@to_dataset.register(RootLocus)
-def _(result: RootLocus, *, case: Case | None = None) -> xr.Dataset:
-    attributes: dict[str, Any] = {"stiffness": result.stiffness}
-    if result.flutter is not None:
-        attributes |= {"flutter_speed": result.flutter.speed, "flutter_k": result.flutter.k}
-    if result.divergence is not None:
-        attributes["divergence_speed"] = result.divergence
-    return labelled(
-        {"root": (("speed", "mode", "part"), split_complex(result.roots))},
-        {
-            "speed": result.speeds,
-            "mode": np.arange(1, result.roots.shape[1] + 1),
-            "part": ["re", "im"],
-        },
-        attributes,
-        case,
-    )
-
-
-@to_dataset.register(DescribingCurve)
-def _(result: DescribingCurve, *, case: Case | None = None) -> xr.Dataset:
-    variables: dict[str, Any] = {
-        "amplitude_deg": np.degrees(result.amplitude),
-        "bias_deg": np.degrees(result.bias),
+    found, layout = layout_of(result)
+    dataset = encoded(found, layout, case)
+    main = [name for name in layout.frame if name in dataset.dims]
+    chosen = [name for name, one in dataset.variables.items() if {*main} & {*one.dims}]
+    spread = {
+        name: part for label in chosen for name, part in _spread(dataset[label], main).items()
     }
-    names = ("speed", "speed_ratio", "k", "n_p", "n_q", "distortion", "family")
-    variables |= {name: getattr(result, name) for name in names}
-    variables |= {
-        name: getattr(result, name).astype(np.int8) for name in ("stable", "in_thesis_range")
-    }
-    attributes: dict[str, Any] = {"notes": "; ".join(result.notes)}
-    if result.flutter_speed is not None:
-        attributes["flutter_speed"] = result.flutter_speed
-    if result.onset is not None:
-        attributes |= {
-            "onset_speed": result.onset.speed,
-            "onset_speed_ratio": result.onset.speed_ratio,
-            "onset_amplitude_deg": float(np.degrees(result.onset.amplitude)),
-            "onset_kind": result.onset.kind,
+    frame = xr.Dataset(spread).to_dataframe(dim_order=main)
+    units = {name: part.attrs.get("units", "") for name, part in spread.items()}
+    frame.attrs = {**dataset.attrs, "units": units}
+    return frame
+
+
+def _spread(variable: xr.DataArray, main: list[str]) -> dict[str, xr.DataArray]:
+    """A variable as several that have no dimensions but the main ones."""
+    parts = {str(variable.name): variable}
+    for dim in [dim for dim in variable.dims if dim not in main]:
+        names = PARTS.get(str(dim)) or range(1, variable.sizes[dim] + 1)
+        parts = {
+            f"{name}_{word}": part.isel({dim: place}).drop_vars(str(dim), errors="ignore")
+            for name, part in parts.items()
+            for place, word in enumerate(names)
         }
-    return labelled(
-        {name: ("point", values) for name, values in variables.items()}, {}, attributes, case
-    )
+    return parts
 
 
-@to_dataset.register(FlutterMap)
-def _(result: FlutterMap, *, case: Case | None = None) -> xr.Dataset:
-    x, y = result.grid.x, result.grid.y
-    names = [v.name for v in (*CELLS, *EDGES, *LABELS)]
-    variables = {
-        name: ((x.name, y.name), getattr(result, name))
-        for name in names
-        if getattr(result, name) is not None
+def encoded(result: Any, layout: Layout, case: Case | None = None) -> xr.Dataset:
+    """What a layout reads of an object, as a Dataset."""
+    variables: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
+    for column in columns(layout, None if case is None else case.section.scale):
+        value = column.read(result, None)
+        if _absent(value, bool(column.derived)):
+            continue
+        if column.field.dims:
+            variables[column.label] = _variable(value, column.field)
+        else:
+            attributes |= _attribute(column.label, value, column.field)
+    dims = {dim for variable in variables.values() for dim in variable[0]}
+    parts = {
+        dim: (dim, words, FIELDS[dim].attributes) for dim, words in PARTS.items() if dim in dims
     }
-    attributes = {"cpu_seconds": result.cpu_seconds, **_failures(result.failures)}
-    dataset = labelled(variables, {x.name: x.values, y.name: y.values}, attributes, case)
-    dataset["state"].attrs |= _flags({FAILED: "failed", **dict(enumerate(STATES))})
-    for edge, axis in (("boundary_x", x), ("boundary_y", y)):
-        dataset[axis.name].attrs = _quantity(axis.key) | dataset[axis.name].attrs
-        if edge in dataset:
-            dataset[edge].attrs["units"] = dataset[axis.name].attrs["units"]
-    return dataset
+    dataset = xr.Dataset({**variables, **parts}, attrs={**attributes, **provenance(case)})
+    return dataset.set_coords([name for name in layout.coordinates if name in dataset])
 
 
-@to_dataset.register(SweepResult)
-def _(result: SweepResult, *, case: Case | None = None) -> xr.Dataset:
-    varied = {"varied_" + name.replace(".", "_"): name for name in result.samples}
-    variables = {name: ("sample", result.samples[key]) for name, key in varied.items()}
-    variables |= {name: ("sample", values) for name, values in result.values.items()}
-    attributes = {"cpu_seconds": result.cpu_seconds, **_failures(result.failures)}
-    coordinates = {"sample": np.arange(1, result.number + 1)}
-    dataset = labelled(variables, coordinates, attributes, case)
-    for name, key in varied.items():
-        dataset[name].attrs = _quantity(key)
-    dataset["state"].attrs |= _flags({FAILED: "not_marched", **dict(enumerate(STATES))})
-    dataset["valid"].attrs |= _flags({FAILED: "failed", 0: "no_such_section", 1: "valid"})
-    return dataset
+def _absent(value: Any, derived: bool) -> bool:
+    """Whether there is nothing to show; in SI units, no more than at any of the places."""
+    if derived and isinstance(value, list):
+        return all(_absent(one, derived) for one in value)
+    return value is None
 
 
-def _quantity(key: str) -> dict[str, str]:
-    """Attributes of a key of a case."""
-    units = "degree" if key.endswith("_deg") else "1"
-    return {"units": units, "long_name": key, "key": key}
+def _variable(value: Any, field: Field) -> tuple[tuple[str, ...], np.ndarray, dict[str, Any]]:
+    """Dimensions, values in the units of files, and attributes."""
+    values = _filled(value, field)
+    if field.codes and values.dtype.kind == "U":
+        places = {word: place for place, word in field.codes.items()}
+        codes = [places.get(word, -1) for word in values.ravel().tolist()]
+        values = np.array(codes, dtype=np.int8).reshape(values.shape)
+    if values.dtype == bool:
+        values = values.astype(np.int8)
+    if field.kind.factor != 1.0:
+        values = values * field.kind.factor
+    if np.iscomplexobj(values):  # NetCDF has no complex numbers
+        values = np.stack([values.real, values.imag], axis=-1)
+        return (*field.dims, "part"), values, field.attributes
+    return field.dims, values, field.attributes
 
 
-def _flags(meanings: Mapping[int, str]) -> dict[str, Any]:
-    """CF attributes of a variable of codes."""
-    return {
-        "flag_values": np.array(list(meanings), dtype=np.int8),
-        "flag_meanings": " ".join(meanings.values()),
-    }
+def _filled(value: Any, field: Field) -> np.ndarray:
+    """Nested lists or an array as an array, what is missing in it filled up."""
+    if isinstance(value, np.ndarray) and value.ndim == len(field.dims):
+        return value
+    kind = field.kind
+    sizes = [len(PARTS.get(dim, ())) for dim in field.dims]
+    _measure(value, 0, sizes)
+    filled = np.full(sizes, kind.missing, dtype=object if kind is TEXT else kind.dtype)
+    _fill(filled, value)
+    return filled.astype(str) if kind is TEXT else filled
 
 
-def _failures(failures: Sequence[Mapping[str, str]]) -> dict[str, Any]:
-    """Attribute that lists the blocks that could not be computed, if there are any."""
-    if not failures:
-        return {}
-    return {"failed_blocks": [f"{failure['block']}: {failure['reason']}" for failure in failures]}
+def _measure(value: Any, level: int, sizes: list[int]) -> None:
+    """Widen the sizes of the dimensions to those of the nested lists, from a level on."""
+    if value is None or level == len(sizes):
+        return
+    if isinstance(value, np.ndarray):
+        for k, size in enumerate(value.shape):
+            sizes[level + k] = max(sizes[level + k], size)
+        return
+    sizes[level] = max(sizes[level], len(value))
+    for one in value:
+        _measure(one, level + 1, sizes)
 
 
-def labelled(
-    variables: Mapping[str, Any],
-    coordinates: Mapping[str, Any],
-    attributes: Mapping[str, Any],
-    case: Case | None,
-) -> xr.Dataset:
-    """A Dataset whose variables carry the units and long names of :data:`VARIABLES`."""
-    dataset = xr.Dataset(variables, coordinates, {**attributes, **provenance(case)})
-    for name in dataset.variables:
-        if name in VARIABLES:
-            units, long_name = VARIABLES[str(name)]
-            dataset[name].attrs |= {"units": units, "long_name": long_name}
-    return dataset
+def _fill(target: np.ndarray, value: Any) -> None:
+    """Put nested lists, or arrays within them, where they belong."""
+    if isinstance(value, np.ndarray):
+        target[tuple(slice(size) for size in value.shape)] = value
+    elif value is not None:
+        for place, one in enumerate(value):
+            if target.ndim > 1:
+                _fill(target[place], one)
+            elif one is not None:
+                target[place] = one
 
 
-def split_complex(values: np.ndarray) -> np.ndarray:
-    """Real and imaginary part along a new last axis: NetCDF has no complex numbers."""
-    return np.stack([values.real, values.imag], axis=-1)
+def _attribute(label: str, value: Any, field: Field) -> dict[str, Any]:
+    """A fact as an attribute that NetCDF can hold."""
+    if isinstance(value, Mapping):  # what only one engine knows
+        return {k: one for k, one in value.items() if isinstance(one, (str, int, float))}
+    if isinstance(value, str):
+        return {label: value}
+    if field.kind is TEXT:
+        return {label: "; ".join(value)}
+    if isinstance(value, list):
+        return {label: value}
+    found = np.asarray(value) * field.kind.factor if field.kind.factor != 1.0 else value
+    found = np.asarray(found)
+    if found.dtype == bool:
+        found = found.astype(np.int8)
+    return {label: found if found.ndim else found.item()}
+
+
+def side_by_side(parts: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Datasets in one, all their names with a suffix: NetCDF has no list of Datasets."""
+    renamed = [
+        part.rename({name: f"{name}_{suffix}" for name in {*part.variables, *part.sizes}})
+        for suffix, part in parts.items()
+    ]
+    return xr.merge(renamed, combine_attrs="drop_conflicts")
 
 
 def provenance(case: Case | None = None) -> dict[str, str]:

@@ -1,0 +1,71 @@
+"""Which layout belongs to a result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from aeroflutter.errors import InputError
+from aeroflutter.results import cycles, motions, studies
+from aeroflutter.results.schema import Layout, Many, One, Value, layout
+
+__all__ = ["layout_of"]
+
+CROSSING = layout("speed", "k", "omega_ratio")
+ROOT_LOCUS = layout(
+    One("flutter", layout=CROSSING),
+    Many(
+        "crossings",
+        layout=layout(*CROSSING.entries, "growing", "coalescence"),
+        dim="crossing",
+        prefix="crossing_",
+    ),
+    One("divergence", layout=layout(Value("speed", lambda speed: speed))),
+    "unstable_at_low",
+    "searched",
+    "stiffness",
+    Value("speed", "speeds", key="speeds", dims=("speed",)),
+    Value("root", "roots", key="roots"),
+    Value("mode", lambda one: np.arange(1, one.roots.shape[1] + 1), key=None, dims=("mode",)),
+    frame=("speed", "mode"),
+)
+
+# By the names of classes, so that no analysis is imported for it
+LAYOUTS: dict[str, Layout] = {"RootLocus": ROOT_LOCUS, **cycles.LAYOUTS, **motions.LAYOUTS}
+WRAPPED: dict[str, Callable[[Any], Any]] = {
+    "HarmonicBranch": lambda one: cycles.Branches((one,)),
+    "Sweep": motions.Pass,
+}
+MADE = studies.MADE
+KNOWN = {*LAYOUTS, *WRAPPED, *MADE}
+
+
+def layout_of(result: Any) -> tuple[Any, Layout]:
+    """A result, or what it is wrapped in to be encoded, and its layout.
+
+    Raises
+    ------
+    InputError
+        If the object is not the result of an analysis.
+    """
+    if isinstance(result, tuple) and {*map(_name, result)} == {"HarmonicBranch"}:
+        result = cycles.Branches(result)
+    name = _name(result)
+    if name in WRAPPED:
+        return layout_of(WRAPPED[name](result))
+    if name in MADE:
+        return result, MADE[name](result)
+    if name in LAYOUTS:
+        return result, LAYOUTS[name]
+    raise InputError(
+        f"result: {type(result).__name__} is not the result of an analysis; give one of "
+        f"{', '.join(sorted(KNOWN))}"
+    )
+
+
+def _name(result: Any) -> str:
+    """The name of the class of a result; of a subclass, that of the class that it refines."""
+    names = [c.__name__ for c in type(result).__mro__ if c.__module__.startswith("aeroflutter.")]
+    return next((name for name in names if name in KNOWN), "")
