@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import aeroflutter
-from aeroflutter.kernels import folders
-from aeroflutter.kernels.decorator import kernel
+from aeroflutter.kernels import folders, notice
+from aeroflutter.kernels.decorator import ENTRIES, kernel
 from aeroflutter.kernels.store import is_kernel_module, sources, state_hash
 
 PACKAGE = Path(aeroflutter.__file__).parent
@@ -22,16 +23,29 @@ CONSTANTS = """
 FACTOR = 2.0
 """
 CALLER = """
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
 from aeroflutter._kernel_constants import FACTOR
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Given1, Real1
 
 @kernel
 def scaled(x):
     return FACTOR * x
 
-@kernel(signature="f8(f8)")
-def one_version(x):
-    return scaled(x)
+class Pair(NamedTuple):
+    few: Real1
+    many: Annotated[tuple[float, ...], 3]
+
+@kernel(inner=True)
+def total(pair):
+    return pair.few.sum() + len(pair.many)
+
+@kernel(entry=True)
+def one_version(x: float, given: Given1, pair: Pair, flag: bool) -> float:
+    return total(pair) + scaled(x) + given[0] if flag else 0.0
 """
 SCALE = """
 from aeroflutter._kernel_caller import scaled
@@ -82,7 +96,7 @@ def test_a_changed_constant_reaches_the_callers_in_other_files(copy, tmp_path):
 
 @pytest.mark.parametrize("home", ["/dev/null/none", ""])
 def test_without_a_home_it_compiles_each_time_and_says_so_in_one_line(copy, home):
-    code = f"{SCALE}\nfrom aeroflutter._kernel_caller import one_version\none_version(1.0)"
+    code = f"{SCALE}\nscaled(1)"
     before = sorted(copy.parent.iterdir())
     out, err = run(copy, code, HOME=home, XDG_CACHE_HOME=home, LOCALAPPDATA=home)
     assert out == "6.0 0\n"
@@ -135,23 +149,153 @@ def test_two_processes_fill_one_cache_with_different_versions(copy, tmp_path):
     assert not list((tmp_path / "cache").rglob("*.part"))
 
 
-def test_with_a_signature_there_is_one_version_made_at_the_first_call(copy, tmp_path):
-    code = """
-from aeroflutter._kernel_caller import one_version, scaled
-print(len(one_version.signatures), one_version(3), one_version(True), one_version(0.5),
-      one_version.signatures, len(scaled.signatures))
+ONE_VERSION = """
+import numpy as np
+from aeroflutter._kernel_caller import Pair, one_version, scaled
+few = np.ones(2)
+read_only = np.ones(2)
+read_only.flags.writeable = False
+pair = Pair(few, (1.0, 2.0, 3.0))
+"""
+
+
+def test_an_entry_has_one_version_made_at_the_first_call(copy, tmp_path):
+    code = f"""{ONE_VERSION}
+print(len(one_version.signatures), one_version(3, few, pair, 1),
+      one_version(True, read_only, pair, True), one_version(0.5, few, pair, False),
+      len(one_version.signatures), len(scaled.signatures))
 """
     out, err = run(copy, code, NUMBA_CACHE_DIR=str(tmp_path))
-    assert (out, err) == ("0 6.0 2.0 1.0 [(float64,)] 1\n", "")
+    assert (out, err) == ("0 12.0 8.0 0.0 1 1\n", "")
+
+
+def test_an_entry_refuses_what_is_not_of_its_types(copy, tmp_path):
+    """At its first call as at every other: numba would read a strided array as if it were not."""
+    code = f"""{ONE_VERSION}
+from aeroflutter.kernels import kernel
+for wrong in [
+    (1.0, np.ones(6)[::2], pair, True),
+    (1.0, np.ones((2, 2)), pair, True),
+    (1.0, np.ones(2, dtype=int), pair, True),
+    (1.0, few, Pair(read_only, pair.many), True),
+    (1.0, few, (few, pair.many), True),
+    (1j, few, pair, True),
+]:
+    new = kernel(entry=True)(one_version.py_func)
+    for call in "first", "second":
+        try:
+            print(call, "is taken:", wrong, new(*wrong))
+        except TypeError:
+            pass
+    assert new(1.0, few, pair, True) == 8.0
+"""
+    assert run(copy, code, NUMBA_CACHE_DIR=str(tmp_path)) == ("", "")
+
+
+def test_an_entry_says_its_types_whole(copy):
+    caller = copy / "_kernel_caller.py"
+    caller.write_text(caller.read_text().replace("given: Given1", "given: NDArray"))
+    code = """
+from aeroflutter._kernel_caller import one_version
+try:
+    one_version(1.0, 2.0, 3.0, True)
+except (TypeError, NameError) as error:
+    print(error)
+"""
+    assert "NDArray" in run(copy, code, HOME="/dev/null/none")[0]
+
+
+WARM_UP = """
+from aeroflutter.cli import main
+from aeroflutter.kernels import notice
+notice.LONG = {0}
+raise SystemExit(main(["warmup"]))
+"""
+
+
+@pytest.fixture
+def small(copy):
+    """The copy without any kernels but the test's own."""
+    for path in copy.rglob("_kernel*.py"):
+        if path.parent != copy:
+            path.unlink()
+    return copy
+
+
+def test_warmup_compiles_every_entry_once(small, tmp_path):
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    out, err = run(small, WARM_UP.format("60.0"), **cache)
+    assert re.match(r"1 of 1 kernels compiled in \d+\.\d s\nkept in .*/cache/aeroflutter/", out)
+    assert err == ""
+    out, err = run(small, WARM_UP.format("0.0"), **cache)
+    assert out.startswith("all 1 kernels are there already")
+    assert err == ""
+    code = f"{ONE_VERSION}\none_version(1, few, pair, True)\nprint(one_version.stats.cache_misses)"
+    assert run(small, code, **cache)[0] == "Counter()\n"
+
+
+def test_warmup_says_where_nothing_can_be_kept_or_nothing_is_compiled(small):
+    out, err = run(small, WARM_UP.format("60.0"), HOME="/dev/null/none")
+    assert out.startswith("1 of 1 kernels compiled")
+    assert "kept" not in out
+    assert err.startswith("aeroflutter: machine code cannot be kept")
+    out, err = run(small, WARM_UP.format("60.0"), HOME="/dev/null/none", NUMBA_DISABLE_JIT="1")
+    assert (out, err) == ("nothing to compile: NUMBA_DISABLE_JIT is set\n", "")
+
+
+def test_compiling_for_long_is_announced_once_on_stderr(small, tmp_path):
+    out, err = run(small, WARM_UP.format("0.0"), NUMBA_CACHE_DIR=str(tmp_path))
+    assert "first use" not in out
+    assert err == f"{notice.LINE}\n"
+
+
+@pytest.fixture
+def hurry(monkeypatch):
+    monkeypatch.setattr(notice, "LONG", 0.2)
+    return notice._NOTICE
+
+
+def test_the_announcement_comes_while_it_compiles(hurry, capsys):
+    with notice.noticing():
+        hurry.begin()
+        hurry.begin()
+        time.sleep(0.5)
+        assert capsys.readouterr() == ("", f"{notice.LINE}\n")
+        hurry.end()
+        hurry.end()
+        hurry.begin()
+        time.sleep(0.5)
+        hurry.end()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_time_of_many_kernels_adds_up(hurry, capsys):
+    with notice.noticing():
+        for _ in range(8):
+            hurry.begin()
+            time.sleep(0.05)
+            hurry.end()
+    assert capsys.readouterr() == ("", f"{notice.LINE}\n")
+
+
+def test_short_compiling_and_waiting_are_not_announced(hurry, capsys):
+    with notice.noticing():
+        hurry.begin()
+        hurry.end()
+        time.sleep(0.5)
+    hurry.begin()
+    time.sleep(0.5)
+    hurry.end()
+    assert capsys.readouterr() == ("", ""), "outside a command the library is silent"
 
 
 def test_without_compilation_a_kernel_is_the_function_it_was(copy):
     code = """
-from aeroflutter._kernel_caller import scaled, one_version
-print(type(scaled).__name__, type(one_version).__name__, one_version([1]) if 0 else scaled(1.5))
+from aeroflutter._kernel_caller import scaled, one_version, total
+print(*(type(each).__name__ for each in (scaled, one_version, total)), scaled(1.5))
 """
     out, err = run(copy, code, NUMBA_DISABLE_JIT="1", HOME="/dev/null/none")
-    assert (out, err) == ("function function 3.0\n", "")
+    assert (out, err) == ("function function function 3.0\n", "")
 
 
 def test_the_package_and_its_help_need_no_compiler(copy):
@@ -285,3 +429,35 @@ def test_every_compiled_function_carries_the_decorator():
         if is_kernel_module(module):
             assert "numba" not in file.read_text(encoding="utf-8"), module
             import_module(module)
+
+
+def called_from(tree):
+    """(module, name) of what a module takes from kernel modules."""
+    modules, taken = {}, set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                if is_kernel_module(node.module):
+                    taken.add((node.module, alias.name))
+                elif is_kernel_module(f"{node.module}.{alias.name}"):
+                    modules[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            taken |= {(modules[node.value.id], node.attr)} if node.value.id in modules else set()
+    return taken
+
+
+def test_every_kernel_that_the_package_calls_is_an_entry():
+    """Else `aeroflutter warmup` leaves it out, and literals may make many versions of it."""
+    taken = set()
+    for path in PACKAGE.rglob("*.py"):
+        if not path.name.startswith("_kernel"):
+            taken |= called_from(ast.parse(path.read_bytes()))
+    assert taken
+    kernels = {
+        f"{module}.{name}"
+        for module, name in taken
+        if hasattr(getattr(import_module(module), name), "py_func")
+    }
+    assert kernels - set(ENTRIES) == set()
+    assert set(ENTRIES) - kernels == set(), "an entry that nobody calls"

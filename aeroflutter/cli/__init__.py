@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from aeroflutter import __version__
 from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
+from aeroflutter.kernels.notice import noticing
 
 if TYPE_CHECKING:
     from cyclopts import App
@@ -38,6 +39,7 @@ COMMANDS = {
     "reproduce": "The figures and tables of the thesis, by their own numbers.",
     "report": "One page to click through: every analysis of a case, motions included.",
     "sweep": "Monte-Carlo: flutter speed, onset and amplitude over uncertain sections.",
+    "warmup": "Compile what the other commands would compile on their first run.",
 }
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""
 
@@ -77,7 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # a terminal without UTF-8 still gets its text
             stream.reconfigure(errors="backslashreplace")
     try:
-        _run(list(sys.argv[1:] if arguments is None else arguments))
+        with noticing():
+            _run(list(sys.argv[1:] if arguments is None else arguments))
         sys.stdout.flush()
     except InputError as error:
         return _refuse(BAD_INPUT, *error.problems)

@@ -135,12 +135,11 @@ class Keeping:
 
 def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     """Run a study with its progress on stderr; an interrupted run says how to go on."""
-    from aeroflutter.cli.progress import patience, progress
+    from aeroflutter.cli.progress import progress
     from aeroflutter.studies.maps import Cluster, Store, run
 
     if not isinstance(executor, Cluster):
-        with patience("compiling the engine; this happens once and takes a minute or two"):
-            study.warm_up()
+        study.warm_up()
     try:
         with progress(unit) as report:
             run(study, results, executor, report)

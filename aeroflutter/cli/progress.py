@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
@@ -25,18 +24,6 @@ def progress(unit: str) -> Iterator[Report]:
             yield report
     else:
         yield _Lines(unit)
-
-
-@contextlib.contextmanager
-def patience(text: str) -> Iterator[None]:
-    """Say so on stderr if what is inside takes long."""
-    timer = threading.Timer(FIRST, lambda: print(text, file=sys.stderr, flush=True))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 @contextlib.contextmanager

@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Complex2, Real1
 from aeroflutter.orbits.harmonic._kernel_segments import extrema, loop_segments, static_segments
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-@kernel
-def of_static(Y: Complex, samples: int, breaks: Real, slopes: Real, offsets: Real) -> Complex:
+@kernel(entry=True)
+def of_static(Y: Complex2, samples: int, breaks: Real1, slopes: Real1, offsets: Real1) -> Complex:
     """First harmonics (m,) of a static law's answer to motions Y (m, H+1)."""
     out = np.empty(Y.shape[0], dtype=np.complex128)
     for i in range(Y.shape[0]):
@@ -26,8 +27,8 @@ def of_static(Y: Complex, samples: int, breaks: Real, slopes: Real, offsets: Rea
     return out
 
 
-@kernel
-def of_loop(Y: Complex, samples: int, friction: float, play: float) -> Complex:
+@kernel(entry=True)
+def of_loop(Y: Complex2, samples: int, friction: float, play: float) -> Complex:
     """The same of a hysteresis loop about zero on its periodic memory."""
     out = np.empty(Y.shape[0], dtype=np.complex128)
     for i in range(Y.shape[0]):

@@ -5,24 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal, TypeVar, overload
 
-__all__ = ["kernel"]
+__all__ = ["ENTRIES", "kernel"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Inline = Literal["never", "always"]
-Signature = str | tuple[Any, ...] | Callable[[], tuple[Any, ...]]
+
+ENTRIES: dict[str, Any] = {}
+"""Entry points of the modules imported so far, by their full names."""
 
 
 @overload
 def kernel(function: Function, /) -> Function: ...
 @overload
 def kernel(
-    *, signature: Signature | None = None, inline: Inline = "never"
+    *, entry: bool = False, others: bool = False, inner: bool = False, inline: Inline = "never"
 ) -> Callable[[Function], Function]: ...
 def kernel(
     function: Callable[..., Any] | None = None,
     /,
     *,
-    signature: Signature | None = None,
+    entry: bool = False,
+    others: bool = False,
+    inner: bool = False,
     inline: Inline = "never",
 ) -> Any:
     """Compile a function with numba when it is first called, and keep the machine code on disk.
@@ -34,11 +38,17 @@ def kernel(
     ----------
     function
         What to compile, of a module `_kernel*`.
-    signature
-        Types of the arguments, as in ``"f8(f8[::1], i8)"`` or ``"(f8[::1], i8)"``, a tuple of
-        numba's types, or a function that makes one. With it there is one version of the function,
-        whose arguments are converted, where numba can; without, there is one for each combination
-        of types with which it is called, literals included.
+    entry
+        Python calls it: there is one version of it, for the types in its annotations (see
+        `aeroflutter.kernels.arrays`), to which numba converts what it is called with, or raises
+        TypeError; `aeroflutter warmup` compiles it. Otherwise there is a version for each
+        combination of types with which it is called, literals included.
+    others
+        The types in the annotations of an entry point are the common ones, and other ones get
+        versions of their own.
+    inner
+        It is for other kernels: it becomes part of their machine code and has none of its own,
+        which spares a third of the compiling. To Python it stays the function it is.
     inline
         "always" has numba copy the function into its callers before it compiles them.
 
@@ -51,15 +61,24 @@ def kernel(
     ValueError
         If the function's module is none whose source the cache's key covers.
     """
-    if function is None:
-        return lambda decorated: _compiled(decorated, signature, inline)
-    return _compiled(function, signature, inline)
+
+    def decorate(decorated: Callable[..., Any]) -> Any:
+        dispatcher = _dispatcher(decorated, inner=inner, inline=inline)
+        if entry and dispatcher is not decorated:
+            ENTRIES[f"{decorated.__module__}.{decorated.__qualname__}"] = dispatcher
+            if not others:
+                _bind(dispatcher)
+        return dispatcher
+
+    return decorate if function is None else decorate(function)
 
 
-def _compiled(function: Callable[..., Any], signature: Signature | None, inline: Inline) -> Any:
+def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline) -> Any:
     from numba import njit
     from numba.core import config
+    from numba.extending import register_jitable
 
+    from aeroflutter.kernels.notice import listen
     from aeroflutter.kernels.store import KernelCache, is_kernel_module
 
     if not is_kernel_module(function.__module__):
@@ -69,21 +88,47 @@ def _compiled(function: Callable[..., Any], signature: Signature | None, inline:
         )
     if getattr(config, "DISABLE_JIT", False):
         return function
-    dispatcher: Any = njit(nogil=True, error_model="numpy", inline=inline)(function)
+    listen()
+    options: dict[str, Any] = {
+        "error_model": "numpy",
+        "inline": inline,
+        "no_cfunc_wrapper": True,
+    }
+    if inner:
+        return register_jitable(**options)(function)
+    dispatcher: Any = njit(nogil=True, **options)(function)
     dispatcher._cache = KernelCache(function)
-    if signature is not None:
-        _bind(dispatcher, signature)
     return dispatcher
 
 
-def _bind(dispatcher: Any, signature: Signature) -> None:
-    """Let the dispatcher compile for one signature, whatever the types that it is called with.
+def _bind(dispatcher: Any) -> None:
+    """Compile for the annotated types alone, whatever the types of the first call.
 
-    numba's own way compiles at once, and so while the module is imported.
+    numba's own way compiles at once, and so while the module is imported. After the first call it
+    sees to the conversion of arguments by itself.
     """
     compile_for = dispatcher.compile
 
-    def compile_bound(_: Any) -> Any:
-        return compile_for(signature() if callable(signature) else signature)
+    def compile_bound(signature: Any) -> Any:
+        from aeroflutter.kernels.arrays import argument_types
+
+        bound = argument_types(dispatcher.py_func)
+        made = compile_for(bound)
+        dispatcher.disable_compile()
+        dispatcher.compile = compile_for
+        _check(dispatcher, signature, bound)
+        return made
 
     dispatcher.compile = compile_bound
+
+
+def _check(dispatcher: Any, signature: Any, bound: tuple[Any, ...]) -> None:
+    from numba.core import sigutils
+
+    given, _ = sigutils.normalize_signature(signature)
+    convertible = dispatcher.typingctx.can_convert
+    for name, found, wanted in zip(
+        dispatcher.py_func.__code__.co_varnames, given, bound, strict=False
+    ):
+        if convertible(found, wanted) is None:
+            raise TypeError(f"{dispatcher.py_func.__qualname__}({name}): {found} is no {wanted}")

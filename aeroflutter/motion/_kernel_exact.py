@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Whole1
 from aeroflutter.motion._kernel_exact_roots import (
     NEVER,
     ROWS,
@@ -57,11 +58,11 @@ class Law(NamedTuple):
     """
 
     memory: int
-    edges: Array
-    table: Index
-    slopes: Array
-    offsets: Array
-    loop: Array
+    edges: Real1
+    table: Whole1
+    slopes: Real1
+    offsets: Real1
+    loop: Real1
     size: float
 
 
@@ -115,7 +116,7 @@ def clip(value: float, low: float, high: float) -> float:
     return low if value < low else (high if value > high else value)
 
 
-@kernel
+@kernel(entry=True)
 def start(law: Law, h: float, y: float) -> tuple[int, float]:
     """Mode and memory with which a motion from y begins."""
     if law.memory:

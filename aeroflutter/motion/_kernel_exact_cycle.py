@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1
 from aeroflutter.motion._kernel_dense import contraction, eliminate, multipliers
 from aeroflutter.motion._kernel_exact import (
     DONE,
     FULL,
     NONE,
-    Index,
     Law,
     advance,
     combine,
@@ -70,20 +70,20 @@ class Cycles(NamedTuple):
         T, half peak-to-peak and midrange of y, largest modulus of the multipliers, (m,).
     """
 
-    z: Array
-    size: Array
-    Q: Array
-    P: Array
-    rho: Array
-    loops: Index
-    free: Index
-    period: Array
-    amplitude: Array
-    bias: Array
-    radius: Array
+    z: Real2
+    size: Real2
+    Q: Real3
+    P: Real3
+    rho: Real1
+    loops: Whole1
+    free: Whole1
+    period: Real1
+    amplitude: Real1
+    bias: Real1
+    radius: Real1
 
 
-@kernel
+@kernel(entry=True)
 def no_cycles(m: int, n: int) -> Cycles:
     """Room for m cycles of a system with n states."""
     return Cycles(

@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2, Whole2
 from aeroflutter.motion._kernel_exact import (
     HUGE,
     NONE,
     ZENO,
-    Index,
     Law,
     Work,
     advance,
@@ -425,9 +425,9 @@ def settle(
     return state, reason, memory_at(law, mode, h, output(c, xs, now)), mode
 
 
-@kernel
+@kernel(entry=True)
 def settle_one(
-    problem: Problem, x: Array, h: float, numbers: Array, nodes: Array, weights: Array
+    problem: Problem, x: Real1, h: float, numbers: Real1, nodes: Real1, weights: Real1
 ) -> tuple[int, int, float, float, Cycles]:
     """`settle` for a motion that knows of no cycles.
 
@@ -446,10 +446,10 @@ def settle_one(
     return state, reason, h, first, own
 
 
-@kernel
+@kernel(entry=True)
 def settle_all(
-    problem: Problem, known: Cycles, count: int, share: bool, states: Array, memories: Array,
-    codes: Index, numbers: Array,
+    problem: Problem, known: Cycles, count: int, share: bool, states: Real2, memories: Real1,
+    codes: Whole2, numbers: Real2,
 ) -> int:  # fmt: skip
     """End states of many motions of one system.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2, Whole1
 from aeroflutter.motion._kernel_exact import (
     DONE,
     FULL,
@@ -15,7 +16,6 @@ from aeroflutter.motion._kernel_exact import (
     STICK,
     STUCK,
     ZENO,
-    Index,
     Law,
     advance,
     apply,
@@ -64,21 +64,21 @@ def evaluate(coefficients: Array, s: float, states: Array, row: int) -> None:
             states[row, i] = states[row, i] * s + coefficients[k, i]
 
 
-@kernel
+@kernel(entry=True)
 def march(
     tables: Tables,
     law: Law,
-    x: Array,
+    x: Real1,
     h: float,
     mode: int,
     t: float,
     end: float,
-    times: Array,
-    states: Array,
-    springs: Array,
-    events: Array,
-    turns: Array,
-    memo: Index,
+    times: Real1,
+    states: Real2,
+    springs: Real2,
+    events: Real2,
+    turns: Real2,
+    memo: Whole1,
 ) -> tuple[int, float, float, int]:
     """March from t to `end`, sampling and logging on the way.
 
@@ -205,16 +205,16 @@ def _carry(M: Array, dM: Array, S: Array, du: Array, xs: Array, now: int, scratc
     S[:] = scratch
 
 
-@kernel
+@kernel(entry=True)
 def flow(
     tables: Tables,
     law: Law,
-    x: Array,
+    x: Real1,
     h: float,
     mode: int,
     duration: float,
-    jacobian: Array,
-    events: Array,
+    jacobian: Real2,
+    events: Real2,
 ) -> tuple[int, float, int, int]:
     """The flow over `duration`, with its Jacobian.
 
@@ -319,8 +319,8 @@ def _row(c: Array, S: Array, out: Array) -> None:
         out[k] = total
 
 
-@kernel
-def rate(tables: Tables, law: Law, x: Array, h: float, mode: int, out: Array) -> None:
+@kernel(entry=True)
+def rate(tables: Tables, law: Law, x: Real1, h: float, mode: int, out: Real1) -> None:
     """X' at a state, (n,)."""
     n = x.size
     p, u, _, _, _ = window(law, mode, h)

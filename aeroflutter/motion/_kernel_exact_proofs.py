@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from aeroflutter.kernels import kernel
-from aeroflutter.motion._kernel_exact import Index, Law, output, window
+from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1, Whole2
+from aeroflutter.motion._kernel_exact import Law, output, window
 from aeroflutter.motion._kernel_exact_tables import Array, Tables
 
 ONWARD = -1
@@ -40,14 +41,14 @@ class Proofs(NamedTuple):
         1 if an outer piece is unstable.
     """
 
-    decays: Index
-    rows: Array
-    heads: Index
-    centre: Array
-    rest: Array
-    free: Array
-    grows: Array
-    against: Array
+    decays: Whole1
+    rows: Real3
+    heads: Whole2
+    centre: Real3
+    rest: Real2
+    free: Real2
+    grows: Real3
+    against: Real1
     unstable: int
 
 

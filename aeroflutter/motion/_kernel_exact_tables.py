@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2, Real3
 
 Array = NDArray[np.float64]
 
@@ -55,13 +56,13 @@ class Tables(NamedTuple):
         Row that picks the nonlinear coordinate, (n,).
     """
 
-    step: Array
-    lines: Array
-    flow: Array
-    generator: Array
-    noise: Array
-    d_flow: Array
-    c: Array
+    step: Real1
+    lines: Real3
+    flow: Real3
+    generator: Real3
+    noise: Real1
+    d_flow: Real3
+    c: Real1
 
 
 @cache
@@ -114,8 +115,8 @@ def _bernstein_of_chebyshev(j: int, row: int) -> Fraction:
     return Fraction(total, comb(DEGREE, row))
 
 
-@kernel
-def balance(A: Array) -> Array:
+@kernel(entry=True, others=True)
+def balance(A: Real2) -> Array:
     """Powers of two d that even out rows and columns of A_ij d_j/d_i (Osborne's iteration)."""
     n = A.shape[0]
     d = np.ones(n)
@@ -268,18 +269,18 @@ def padded(size: int) -> int:
     return (size + 3) // 4 * 4
 
 
-@kernel
+@kernel(entry=True)
 def build(
-    A: Array,
-    b: Array,
-    c: Array,
-    slopes: Array,
+    A: Given2,
+    b: Given1,
+    c: Given1,
+    slopes: Real1,
     cap: float,
-    dA: Array,
-    db: Array,
-    to_bernstein: Array,
-    to_power: Array,
-    dropped: Array,
+    dA: Real2,
+    db: Real1,
+    to_bernstein: Real2,
+    to_power: Real2,
+    dropped: Real1,
 ) -> Tables:
     """Tables of the pieces with these slopes.
 

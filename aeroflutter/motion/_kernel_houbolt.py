@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2
 
 PIECES, HYSTERESIS, CUBIC = 0, 1, 2
 
@@ -19,7 +20,8 @@ class Recurrence(NamedTuple):
     """One step as a linear recurrence with the spring's moment as its only input.
 
     Matrices are flattened row by row into tuples: their lengths are then known to the compiler,
-    which unrolls the loops over d degrees of freedom and n lag terms (d >= 1, n >= 1).
+    which unrolls the loops over d degrees of freedom and n lag terms (d >= 1, n >= 1). The lengths
+    below are those of the section with two lag terms, the common one.
 
     Attributes
     ----------
@@ -40,21 +42,21 @@ class Recurrence(NamedTuple):
         Whether the moment is taken at the old pitch.
     """
 
-    q_q: Row
-    q_l: Row
-    q_j: Row
-    q_f: Row
-    l_new: Row
-    l_old: Row
-    j_j: Row
-    j_l: Row
-    c: Row
+    q_q: Annotated[Row, 12]
+    q_l: Annotated[Row, 6]
+    q_j: Annotated[Row, 4]
+    q_f: Annotated[Row, 2]
+    l_new: Annotated[Row, 2]
+    l_old: Annotated[Row, 6]
+    j_j: Annotated[Row, 2]
+    j_l: Annotated[Row, 8]
+    c: Annotated[Row, 2]
     y_f: float
     frozen: bool
 
 
-@kernel
-def tangent(kind: int, law: Array, memory: float, y: float) -> tuple[float, float]:
+@kernel(entry=True)
+def tangent(kind: int, law: Real2, memory: float, y: float) -> tuple[float, float]:
     """Slope and offset of the moment at y: F = slope y + offset near it.
 
     `law` is (3, m) for PIECES (breaks padded with infinity, slopes, offsets), (1, 4) for
@@ -75,8 +77,8 @@ def tangent(kind: int, law: Array, memory: float, y: float) -> tuple[float, floa
     return law[1, i], law[2, i]
 
 
-@kernel
-def advance(kind: int, law: Array, memory: float, y: float) -> float:
+@kernel(entry=True)
+def advance(kind: int, law: Real2, memory: float, y: float) -> float:
     """Memory after y has moved monotonically to its new value."""
     if kind != HYSTERESIS:
         return memory
@@ -108,18 +110,18 @@ def free_displacement(step: Recurrence, i: int, k: int, Q: Array, L: Array, J: A
     return q
 
 
-@kernel
+@kernel(entry=True, others=True)
 def march(
     steps: int,
     last: int,
     step: Recurrence,
     kind: int,
-    law: Array,
-    Q: Array,
-    L: Array,
-    J: Array,
-    Y: Array,
-    H: Array,
+    law: Real2,
+    Q: Real1,
+    L: Real1,
+    J: Real1,
+    Y: Real1,
+    H: Real1,
 ) -> int:
     """Take `steps` steps along buffers, on from the history in the rows `last` to `last` + 2.
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1
 
 Array = NDArray[np.float64]
 
@@ -13,9 +14,9 @@ PHASES = 512  # of a cycle at which it is interpolated
 FADING = 0.75  # of a difference between loops: what noise does not explain
 
 
-@kernel
+@kernel(entry=True)
 def survey(
-    y: Array, start: float, dt: float, floor: float, bound: float, times: Array, values: Array
+    y: Real1, start: float, dt: float, floor: float, bound: float, times: Real1, values: Real1
 ) -> tuple[int, int, float, float]:
     """Turning points and extremes of uniform samples, up to the first sample beyond a bound.
 
@@ -58,8 +59,8 @@ def survey(
     return y.size - 2, turns, low, high
 
 
-@kernel
-def fundamental(y: Array, period: float) -> float:
+@kernel(entry=True)
+def fundamental(y: Real1, period: float) -> float:
     """Amplitude of the fundamental of the last period of uniform samples.
 
     Parameters
@@ -93,8 +94,8 @@ def fundamental(y: Array, period: float) -> float:
     return 2.0 * abs(total) / PHASES
 
 
-@kernel
-def mismatch(times: Array, values: Array, loops: int, span: int) -> tuple[float, float]:
+@kernel(entry=True)
+def mismatch(times: Real1, values: Real1, loops: int, span: int) -> tuple[float, float]:
     """How far the last `span` turning points are from those `loops` oscillations before.
 
     Returns
@@ -160,9 +161,9 @@ def approaches_fewer(times: Array, values: Array, loops: int, span: int, ago: in
     return False
 
 
-@kernel
+@kernel(entry=True)
 def repeats(
-    times: Array, values: Array, most: int, recurrence: float, drift: float
+    times: Real1, values: Real1, most: int, recurrence: float, drift: float
 ) -> tuple[int, float]:
     """Smallest number of loops after which the motion repeats, and what it may still change by.
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2
 
 Array = NDArray[np.float64]
 
@@ -22,20 +23,20 @@ REACHED, FULL, OUT, STALLED = range(4)
 ON_TIME = 1e-9  # of the spacing: a sample as late as this still belongs to the step
 
 
-@kernel
+@kernel(entry=True)
 def march(
-    A: Array,
-    b: Array,
-    c: Array,
+    A: Given2,
+    b: Given1,
+    c: Given1,
     beta: tuple[float, float],
-    x: Array,
+    x: Real1,
     time: float,
     until: float,
     slope: float,
     bound: float,
     dt: float,
-    samples: Array,
-    turns: Array,
+    samples: Real2,
+    turns: Real2,
 ) -> tuple[int, float, float, int, int]:
     """March to a time, or until |y| passes a bound, the turns are full, or no step is left.
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from aeroflutter.case import Case, load_case
 from aeroflutter.files import replacing
+from aeroflutter.kernels.warmup import warm_up
 from aeroflutter.reproduce import figures
 from aeroflutter.reproduce.catalogue import Exhibit
 from aeroflutter.studies.maps.fingerprint import code_hash
@@ -94,6 +95,7 @@ def reproduce(
         for job in jobs:
             finished(_print_group(job, folder, suffix, again))
     else:
+        warm_up()  # or each process would compile
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
             futures = [pool.submit(_print_group, job, folder, suffix, again) for job in jobs]
             for future in as_completed(futures):

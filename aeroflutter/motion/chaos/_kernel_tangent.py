@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2
 from aeroflutter.motion._kernel_exact import (
     HUGE,
     NONE,
@@ -92,21 +93,21 @@ def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
             tangents[i, k] /= norm
 
 
-@kernel
+@kernel(entry=True)
 def returns(
     tables: Tables,
     law: Law,
-    x: Array,
+    x: Real1,
     h: float,
     mode: int,
     trend: int,
-    tangents: Array,
-    unit: Array,
-    reach: Array,
-    points: Array,
-    times: Array,
-    troughs: Array,
-    logs: Array,
+    tangents: Real2,
+    unit: Real1,
+    reach: Real1,
+    points: Real2,
+    times: Real1,
+    troughs: Real1,
+    logs: Real2,
 ) -> tuple[int, int, float, int, int]:
     """March over m maxima of y, the tangents made orthonormal again at each.
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2
 from aeroflutter.motion._kernel_taylor import (
     FULL,
     MOST_TURNS,
@@ -25,18 +26,18 @@ from aeroflutter.motion._kernel_taylor import (
 Array = NDArray[np.float64]
 
 
-@kernel
+@kernel(entry=True)
 def march(
-    A: Array,
-    b: Array,
-    c: Array,
+    A: Given2,
+    b: Given1,
+    c: Given1,
     beta: tuple[float, float],
-    x: Array,
-    tangents: Array,
+    x: Real1,
+    tangents: Real2,
     time: float,
     until: float,
     slope: float,
-    turns: Array,
+    turns: Real2,
 ) -> tuple[int, float, float, int]:
     """March to a time, or until the turns are full, or no step is left.
 

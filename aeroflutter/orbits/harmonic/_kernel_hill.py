@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Complex3
 
 Complex = NDArray[np.complex128]
 
 
-@kernel
-def determinants(matrices: Complex) -> Complex:
+@kernel(entry=True)
+def determinants(matrices: Complex3) -> Complex:
     """Determinants of matrices (m, n, n), by elimination with partial pivoting; they are spent."""
     m, n = matrices.shape[:2]
     out = np.ones(m, dtype=np.complex128)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Complex1, Real1
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -20,8 +21,8 @@ _TURNS = 60  # bisections, if Newton's method never helps
 _SMALL = 1e-11  # Newton step after which a root is exact
 
 
-@kernel
-def value(Y: Complex, theta: float) -> tuple[float, float, float]:
+@kernel(entry=True)
+def value(Y: Complex1, theta: float) -> tuple[float, float, float]:
     """y, y' and y'' at θ, by Horner's rule for a polynomial and its two derivatives."""
     z = complex(np.cos(theta), np.sin(theta))
     p = d = e = 0j
@@ -53,8 +54,8 @@ def _level(Y: Complex, low: float, high: float, level: float, order: int, rising
     return x
 
 
-@kernel
-def extrema(Y: Complex, samples: int) -> Real:
+@kernel(entry=True)
+def extrema(Y: Complex1, samples: int) -> Real:
     """Ascending angles in [0, 2π] at which y' changes sign."""
     H = Y.size - 1
     rate = np.empty(samples + 1)
@@ -77,8 +78,10 @@ def extrema(Y: Complex, samples: int) -> Real:
     return found[:count]
 
 
-@kernel
-def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets: Real) -> Real:
+@kernel(entry=True)
+def static_segments(
+    Y: Complex1, turns: Real1, breaks: Real1, slopes: Real1, offsets: Real1
+) -> Real:
     """Segments of a static law: rows (start, end, slope, offset, held, margin, extremum).
 
     `margin` is the distance of the extremum at the segment's end from the nearest break, infinite
@@ -111,8 +114,8 @@ def static_segments(Y: Complex, turns: Real, breaks: Real, slopes: Real, offsets
     return out[:count]
 
 
-@kernel
-def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, high: float) -> Real:
+@kernel(entry=True)
+def loop_segments(Y: Complex1, turns: Real1, v1: float, v2: float, low: float, high: float) -> Real:
     """Segments of the hysteresis loop on its periodic memory; rows as for a static law.
 
     One period is run first: the memory's map over a period is a composition of clips, hence a
@@ -154,8 +157,8 @@ def loop_segments(Y: Complex, turns: Real, v1: float, v2: float, low: float, hig
     return out[:count]
 
 
-@kernel
-def series(start: Real, end: Real, weight: Real, count: int) -> Complex:
+@kernel(entry=True)
+def series(start: Real1, end: Real1, weight: Real1, count: int) -> Complex:
     """Fourier coefficients 0 … count-1 of Σ weight over [start, end]: (1/2π) ∫ w e^(-jnθ) dθ."""
     out = np.zeros(count, dtype=np.complex128)
     for i in range(start.size):

@@ -19,6 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2, Whole2
 from aeroflutter.motion._kernel_exact import (
     HIGH,
     HUGE,
@@ -271,9 +272,9 @@ def follow(
     return OPEN, -1, now, h, t, 0.0, k
 
 
-@kernel
+@kernel(entry=True)
 def decide_column(
-    problem: Problem, states: Array, memories: Array, codes: Index, numbers: Array
+    problem: Problem, states: Real2, memories: Real1, codes: Whole2, numbers: Real2
 ) -> tuple[int, int]:
     """End states of the cells of one system.
 

@@ -9,15 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from aeroflutter.kernels import kernel
-from aeroflutter.motion._kernel_exact_tables import Array
+from aeroflutter.kernels.arrays import Real1, Real2, Whole1
 
 SMALL = 1e-11  # eigenvalues to the left of this part of the largest count as stable
 BASIS = 1e8  # Frobenius condition of the eigenvectors up to which they are trusted
 
 
-@kernel
+@kernel(entry=True)
 def modal(
-    A: Array, b: Array, c: Array, rows: Array, heads: Array, centre: Array, rest: Array
+    A: Real2, b: Real1, c: Real1, rows: Real2, heads: Whole1, centre: Real1, rest: Real1
 ) -> bool:
     """Fill the proofs of one stable piece x' = A x + b h of a loop.
 
