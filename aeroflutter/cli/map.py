@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.cli.studies import CaseCells
+    from aeroflutter.studies.cases import CaseCells
     from aeroflutter.studies.maps import Axis, Executor, FlutterMap, Grid
 
 SMALL = 20_000  # cells up to which threads of this process are as fast as processes
@@ -83,8 +83,8 @@ def map(  # noqa: A001 - the command's name
     Cells are damped, lco, aperiodic, divergent or undecided. With --out the map is written block
     by block; an interrupted run goes on with the same command and --resume.
     """
-    from aeroflutter.cli.studies import CaseCells
     from aeroflutter.results import fields_of, to_dataset
+    from aeroflutter.studies.cases import CaseCells
 
     keeping.check()
     output = Output(json=json, out=keeping.netcdf, plot=plot)

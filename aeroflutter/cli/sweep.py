@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -20,7 +17,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.studies.maps.sampling import Distribution
-    from aeroflutter.studies.maps.sweep import Specimen, SweepResult
+    from aeroflutter.studies.maps.sweep import SweepResult
 
 SMALL = 20  # sections up to which this process is done before others have started
 SPEEDS = ("speed", "speed_ratio")
@@ -70,6 +67,7 @@ def sweep(
     from aeroflutter.results import fields_of, to_dataset
     from aeroflutter.studies.maps.sampling import sample as draw
     from aeroflutter.studies.maps.sweep import SweepOptions, SweepStudy, gather
+    from aeroflutter.studies.sampled import CaseModel
 
     keeping.check()
     output = Output(json=json, out=keeping.netcdf, plot=plot)
@@ -163,99 +161,6 @@ def _fixed_speed(**given: float | None) -> tuple[str | None, float]:
     if not 0.0 < value < float("inf"):
         raise InputError(f"--{name.replace('_', '-')}: must be positive, not {value!r}")
     return name, value
-
-
-@dataclass(frozen=True)
-class CaseModel:
-    """A case of which some keys are sampled; see `maps.sweep.Model`.
-
-    Parameters
-    ----------
-    text, source
-        The case as TOML, and where it came from.
-    kind, value
-        Where its motion is marched: "speed", "speed_ratio" (of the nominal case), "velocity" or
-        None.
-    """
-
-    text: str
-    source: str
-    kind: str | None = None
-    value: float = 0.0
-
-    def check(self, distributions: Mapping[str, Distribution]) -> None:
-        """Refuse keys that a case has not, and speeds that do not exist.
-
-        Raises
-        ------
-        InputError
-            If the case is not valid with a key at its median, all keys at once.
-        """
-        problems: list[str] = []
-        for name, distribution in distributions.items():
-            if name not in SPEEDS:
-                problems += self._problems(name, distribution)
-        if problems:
-            raise InputError(problems)
-        if self.kind == "velocity" and self._case({}).section.scale is None:
-            raise InputError("--velocity: needs a section in SI units; give --speed")
-        if self.kind == "speed_ratio" or "speed_ratio" in distributions:
-            nominal_flutter(self.text, self.source)
-
-    def _problems(self, name: str, distribution: Distribution) -> list[str]:
-        import numpy as np
-
-        try:
-            self._case({name: float(distribution.quantile(np.array([0.5]))[0])})
-        except InputError as error:
-            return [f"--vary: {problem}" for problem in error.problems]
-        return []
-
-    def at(self, values: Mapping[str, float]) -> Specimen:
-        """The section with these values."""
-        from aeroflutter.motion.response import Initial
-        from aeroflutter.studies.maps.sweep import Specimen
-
-        case = self._case({name: v for name, v in values.items() if name not in SPEEDS})
-        initial = Initial(**case.initial._asdict())
-        return Specimen(case.family(), case.spring, initial, self._speed(case, values))
-
-    def identity(self) -> dict[str, Any]:
-        """The case and where it is marched."""
-        from aeroflutter.case.source import parse_case
-
-        return {"case": parse_case(self.text, self.source), "at": self.kind, "value": self.value}
-
-    def _case(self, overrides: Mapping[str, float]) -> Case:
-        from aeroflutter.case import load_case
-        from aeroflutter.case.source import parse_case
-
-        return load_case(parse_case(self.text, self.source), overrides)
-
-    def _speed(self, case: Case, values: Mapping[str, float]) -> float | None:
-        kind, value = self.kind, self.value
-        for name in SPEEDS:
-            if name in values:
-                kind, value = name, values[name]
-        if kind == "speed_ratio":
-            return value * nominal_flutter(self.text, self.source)
-        if kind == "velocity":
-            assert case.section.scale is not None
-            return value / case.section.scale.velocity(1.0)
-        return value if kind == "speed" else None
-
-
-@functools.lru_cache(maxsize=8)
-def nominal_flutter(text: str, source: str) -> float:
-    """Linear flutter speed of the case as it stands."""
-    from aeroflutter.case import load_case
-    from aeroflutter.case.source import parse_case
-    from aeroflutter.linear.rootlocus import flutter_speed
-
-    speed = flutter_speed(load_case(parse_case(text, source)).family())
-    if speed is None:
-        raise InputError(f"{source}: has no linear flutter speed; give --speed, not a ratio")
-    return speed
 
 
 def _print(case: Case, found: SweepResult, wall: float) -> None:

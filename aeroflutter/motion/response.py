@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -338,10 +337,14 @@ def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]
     """The `march` of the engine that fits; each is imported only when it is wanted."""
     from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
 
-    straight = isinstance(simplify(spring), PiecewiseLinear | Hysteresis)
-    exact = "exact" if straight else "smooth"
-    name = "houbolt" if options.engine == "houbolt" else exact
-    march: Callable[..., Response] = import_module(f"aeroflutter.motion.{name}").march
+    engine: Any
+    if options.engine == "houbolt":
+        from aeroflutter.motion import houbolt as engine
+    elif isinstance(simplify(spring), PiecewiseLinear | Hysteresis):
+        from aeroflutter.motion import exact as engine
+    else:
+        from aeroflutter.motion import smooth as engine
+    march: Callable[..., Response] = engine.march
     return march
 
 

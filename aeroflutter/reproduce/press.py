@@ -143,8 +143,7 @@ def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
 
 def _identity(exhibit: Exhibit, case: Case) -> str:
     """Hash of all that the exhibit depends on."""
-    code = code_hash("orbits/continuation", "orbits/cycles", "plots", "reproduce")
-    parts = json.dumps([asdict(exhibit), case.text, code], sort_keys=True)
+    parts = json.dumps([asdict(exhibit), case.text, code_hash(__name__)], sort_keys=True)
     return hashlib.sha256(parts.encode()).hexdigest()
 
 

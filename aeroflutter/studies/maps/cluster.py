@@ -137,4 +137,9 @@ def _check_versions(client: Client) -> None:
 def _fingerprint() -> str:
     from aeroflutter.studies.maps.fingerprint import code_hash
 
-    return code_hash()
+    return code_hash(
+        "aeroflutter.studies.cases",
+        "aeroflutter.studies.sampled",
+        "aeroflutter.studies.maps.flutter_map",
+        "aeroflutter.studies.maps.sweep",
+    )

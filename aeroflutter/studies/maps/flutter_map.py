@@ -128,7 +128,7 @@ class MapStudy:
             "cells": self.cells.identity(),
             "options": self.options.identity(),
             "aeroflutter": __version__,
-            "code_sha256": code_hash(),
+            "code_sha256": code_hash(__name__, type(self.cells).__module__),
         }
 
     def tasks(self, phase: str, results: Results) -> list[Task]:

@@ -150,7 +150,7 @@ class SweepStudy:
             "model": self.model.identity(),
             "options": self.options.identity(),
             "aeroflutter": __version__,
-            "code_sha256": code_hash(),
+            "code_sha256": code_hash(__name__, type(self.model).__module__),
         }
 
     def tasks(self, phase: str, results: Results) -> list[Task]:

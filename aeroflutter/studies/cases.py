@@ -93,7 +93,7 @@ class CaseCells:
 
     def _system(self, at: Mapping[str, float]) -> tuple[Case, LureSystem]:
         changed = tuple((key, value) for key, value in at.items() if key not in SPEEDS)
-        case, family, flutter = _case(self.text, self.source, changed)
+        case, family, flutter = changed_case(self.text, self.source, changed)
         name, value = next(
             ((key, value) for key, value in at.items() if key in SPEEDS), self.speed or ("", 0.0)
         )
@@ -137,7 +137,7 @@ def _native(key: str, values: Array) -> Array:
 
 
 @functools.lru_cache(maxsize=4096)
-def _case(
+def changed_case(
     text: str, source: str, changed: tuple[tuple[str, float], ...]
 ) -> tuple[Case, SectionFamily, Callable[[], float]]:
     """The changed case, its family, and its linear flutter speed as a function, computed once."""
