@@ -271,6 +271,26 @@ def show_table(headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     Console(markup=False, highlight=False, emoji=False, width=width).print(table)
 
 
+def show_fields(names: str, rows: Iterable[Mapping[str, Any]], *more: str) -> None:
+    """Print records as a table: the fields of these names, then what else the rows have."""
+    from aeroflutter.results.fields import FIELDS
+
+    shown = [(FIELDS[name].heading, name + FIELDS[name].kind.suffix) for name in names.split()]
+    keys = [key for _, key in shown] + [*more]
+    headings = [heading for heading, _ in shown] + [*more]
+    show_table(headings, [[row[key] for key in keys] for row in rows])
+
+
+def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> str:
+    """The record of a lowest cycle as a sentence."""
+    ratio, beside = onset["speed_ratio"], "stable" if onset["stable"] else "unstable"
+    where = f"U* = {onset['speed']:.{digits}f}"
+    if math.isfinite(ratio):
+        where = f"U*/U*_L = {ratio:.{digits}f}"
+    kind = f"{onset['kind']}, {beside} cycles beside it"
+    return f"{where} at {onset['amplitude_deg']:.{figures}g} deg ({kind})"
+
+
 def show_facts(facts: Mapping[str, Any]) -> None:
     """Print one `label: value` a line, values aligned."""
     width = max(map(len, facts), default=0) + 1

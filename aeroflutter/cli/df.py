@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    lowest,
+    numbers,
+    show_facts,
+    show_fields,
+)
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,7 +24,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.guarantees import Guarantees
-    from aeroflutter.orbits.describing import DescribingCurve, Onset
+    from aeroflutter.orbits.describing import DescribingCurve
 
 _ROUND_OFF = 1e-10  # expected error below which a motion is sinusoidal
 
@@ -113,40 +121,35 @@ def _amplitude_range(text: str | None) -> tuple[float, float] | None:
 
 
 def _print(case: Case, result: DescribingCurve, *, every: bool) -> None:
+    from aeroflutter.results import fields_of
+
     print(case.title)
+    fields = fields_of(result)
     facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
-    for name, onset in (("onset", result.onset), ("stable onset", result.stable_onset)):
-        facts[name] = None if onset is None else _sentence(onset)
+    for name in ("onset", "stable_onset"):
+        facts[name.replace("_", " ")] = fields[name] and lowest(fields[name])
     show_facts(facts)
     for note in result.notes:
         print(f"note: {note}")
     if result.amplitude.size:
-        _print_points(case, result, _chosen(result, every))
+        chosen = _chosen(result, every)
+        _print_points([fields["branch"][i] for i in chosen], _guarantees(case, result, chosen))
         if not every:
             print("a selection of the points; --json and --out give them all")
 
 
-def _print_points(case: Case, result: DescribingCurve, chosen: list[int]) -> None:
-    from aeroflutter.results import fields_of
-
-    found = _guarantees(case, result, chosen)
-    points = fields_of(result)["branch"]
-    rows = [points[i] for i in chosen]
-    show_table(
-        (
-            "family", "amplitude (deg)", "bias (deg)", "U*/U*_L", "k", "stable", "distortion",
-            "error of U*",
-        ),
-        [
-            (
-                str(row["family"]),
-                *(row[key] for key in ("amplitude_deg", "bias_deg", "speed_ratio", "k", "stable")),
-                f"{row['distortion']:.2%}",
-                _error(found, i, row["speed"]),
-            )
-            for i, row in enumerate(rows)
-        ],
-    )  # fmt: skip
+def _print_points(points: list[dict[str, Any]], found: Guarantees) -> None:
+    rows = [
+        point
+        | {
+            "family": str(point["family"]),
+            "distortion": f"{point['distortion']:.2%}",
+            "error of U*": _error(found, i, point["speed"]),
+        }
+        for i, point in enumerate(points)
+    ]
+    names = "family amplitude bias speed_ratio k stable distortion"
+    show_fields(names, rows, "error of U*")
     for reason in sorted({reason.split(" (")[0] for reason in found.reason if reason}):
         print(f"no proof where {reason}")
 
@@ -159,13 +162,6 @@ def _error(found: Guarantees, i: int, speed: float) -> str:
         return "~ 0"
     doubt = " (doubtful)" if found.doubtful[i] else ""
     return f"~ {found.expected_error[i]:.1e}{doubt}"
-
-
-def _sentence(onset: Onset) -> str:
-    kind = f"{onset.kind}, {'stable' if onset.stable else 'unstable'} cycles beside it"
-    ratio = f"U*/U*_L = {onset.speed_ratio:.6f}" if math.isfinite(onset.speed_ratio) else ""
-    where = ratio or f"U* = {onset.speed:.6f}"
-    return f"{where} at {math.degrees(onset.amplitude):.4g} deg ({kind})"
 
 
 def _chosen(result: DescribingCurve, every: bool, count: int = 12) -> list[int]:

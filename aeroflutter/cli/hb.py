@@ -8,14 +8,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    lowest,
+    numbers,
+    show_facts,
+    show_fields,
+    show_table,
+)
 from aeroflutter.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOnset, HarmonicOptions
+    from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOptions
 
 Branches = tuple["HarmonicBranch", ...]
 
@@ -113,15 +122,19 @@ def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Br
 
 
 def _print(case: Case, branches: Branches) -> None:
+    from aeroflutter.results import fields_of
+
     print(case.title)
     for number, branch in enumerate(branches, 1):
+        fields = fields_of(branch)
+        stable = fields["stable_onset"]
         kind = "half-wave symmetric" if branch.symmetric else "general"
         state = "converged" if branch.converged else "NOT converged"
         show_facts(
             {
                 f"family {number}": f"{kind}, harmonics up to {branch.harmonics}, {state}",
-                "onset": _sentence(branch.onset),
-                "stable onset": branch.stable_onset and _sentence(branch.stable_onset),
+                "onset": lowest(fields["onset"]).replace("cycles beside", "beside"),
+                "stable onset": stable and lowest(stable).replace("cycles beside", "beside"),
             }
         )
         if branch.bifurcations:
@@ -132,32 +145,19 @@ def _print(case: Case, branches: Branches) -> None:
                     for e in branch.bifurcations
                 ],
             )
-        _print_points(branch)
+        _print_points(fields["branch"])
     print("a selection of the points; --json and --out give them all")
 
 
-def _print_points(branch: HarmonicBranch, count: int = 12) -> None:
-    from aeroflutter.results import fields_of
-
-    rows = fields_of(branch)["branch"][:: max(1, (branch.speed.size - 1) // (count - 1))]
-    columns = ("speed_ratio", "amplitude_deg", "first_harmonic_deg", "bias_deg", "period")
-    show_table(
-        ("U*/U*_L", "amplitude (deg)", "first harmonic", "bias (deg)", "period", "stable"),
-        [(*(row[name] for name in columns), _stability(row)) for row in rows],
-    )
+def _print_points(points: list[dict[str, Any]], count: int = 12) -> None:
+    chosen = points[:: max(1, (len(points) - 1) // (count - 1))]
+    rows = [point | {"stable": _stability(point)} for point in chosen]
+    show_fields("speed_ratio amplitude first_harmonic bias period stable", rows)
 
 
 def _stability(row: dict[str, Any]) -> str:
     word = "yes" if row["stable"] else "no"
     return word if row["stability_certain"] else f"{word} (not certain)"
-
-
-def _sentence(onset: HarmonicOnset) -> str:
-    beside = "stable" if onset.stable else "unstable"
-    where = f"U*/U*_L = {onset.speed_ratio:.6f}"
-    if not math.isfinite(onset.speed_ratio):
-        where = f"U* = {onset.cycle.speed:.6f}"
-    return f"{where} at {math.degrees(onset.amplitude):.4g} deg ({onset.kind}, {beside} beside it)"
 
 
 def _figure(case: Case, branches: Branches) -> Figure:

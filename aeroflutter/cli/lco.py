@@ -9,14 +9,23 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    lowest,
+    numbers,
+    show_facts,
+    show_fields,
+    show_table,
+)
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.orbits.cycles import Cycle, CycleFamily, CycleOnset, CyclesAt, LimitCycles
+    from aeroflutter.orbits.cycles import Cycle, CycleFamily, CyclesAt, LimitCycles
     from aeroflutter.plots.cycles import Overlay
 
 SHOWN = 12  # cycles of a family that are printed
@@ -128,10 +137,14 @@ def _speed(case: Case, speed: float | None, ratio: float | None) -> float | None
 
 
 def _print(case: Case, result: LimitCycles, here: CyclesAt | None) -> None:
+    from aeroflutter.results import fields_of
+
     print(case.title)
     facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
-    for name, onset in (("onset", result.onset), ("stable onset", result.stable_onset)):
-        facts[name] = None if onset is None else _sentence(onset)
+    fields = fields_of(result)
+    for name in ("onset", "stable_onset"):
+        onset = fields[name]
+        facts[name.replace("_", " ")] = onset and lowest(onset, digits=8, figures=5)
     show_facts(facts)
     for note in result.notes:
         print(f"note: {note}")
@@ -142,16 +155,6 @@ def _print(case: Case, result: LimitCycles, here: CyclesAt | None) -> None:
         _print_family(family, mirrored=result.odd)
     if result.families:
         print("\na selection of the cycles; --json and --out give them all")
-
-
-def _sentence(onset: CycleOnset) -> str:
-    cycle = onset.cycle
-    beside = "stable" if onset.stable else "unstable"
-    where = f"U*/U*_L = {cycle.speed_ratio:.8f}"
-    if not math.isfinite(cycle.speed_ratio):
-        where = f"U* = {cycle.speed:.8f}"
-    size = f"{math.degrees(cycle.amplitude):.5g} deg"
-    return f"{where} at {size} ({onset.kind}, {beside} cycles beside it)"
 
 
 def _print_at(here: CyclesAt, *, mirrored: bool) -> None:
@@ -191,22 +194,16 @@ def _digits(value: float) -> str:
 
 
 def _show_cycles(cycles: Sequence[Cycle]) -> None:
-    headings = ("U*/U*_L", "amplitude (deg)", "first harmonic", "bias (deg)", "period", "stable")
-    show_table(
-        (*headings, "largest multiplier"),
-        [
-            (
-                cycle.speed_ratio if math.isfinite(cycle.speed_ratio) else cycle.speed,
-                math.degrees(cycle.amplitude),
-                math.degrees(cycle.first_harmonic),
-                round(math.degrees(cycle.bias), 9) + 0.0,
-                cycle.period,
-                cycle.stable,
-                _largest(cycle),
-            )
-            for cycle in cycles
-        ],
-    )
+    from aeroflutter.results.cycles import CYCLE
+    from aeroflutter.results.schema import record
+
+    rows = [record(cycle, CYCLE) | {"largest multiplier": _largest(cycle)} for cycle in cycles]
+    for row in rows:
+        row["bias_deg"] = round(row["bias_deg"], 9) + 0.0
+        if not math.isfinite(row["speed_ratio"]):
+            row["speed_ratio"] = row["speed"]
+    names = "speed_ratio amplitude first_harmonic bias period stable"
+    show_fields(names, rows, "largest multiplier")
 
 
 def _largest(cycle: Cycle) -> str:

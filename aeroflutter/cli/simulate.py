@@ -18,7 +18,7 @@ from aeroflutter.cli.common import (
     initial_motion,
     numbers,
     show_facts,
-    show_table,
+    show_fields,
 )
 from aeroflutter.errors import InputError
 
@@ -244,10 +244,10 @@ def _sweeps(
 def _show_sweeps(case: Case, passes: list[dict[str, Any]]) -> None:
     print(case.title)
     for found in passes:
-        columns = ("speed_ratio", "state", "amplitude_deg", "bias_deg", "period")
         print(f"\nspeed {'rising' if found['direction'] == 'up' else 'falling'}")
-        rows = zip(*(list(found[name]) for name in columns), strict=True)
-        show_table(("U*/U*_L", "state", "amplitude (deg)", "bias (deg)", "period"), list(rows))
+        columns = {key: one for key, one in found.items() if key not in ("direction", "jumps")}
+        rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        show_fields("speed_ratio state amplitude bias period", rows)
         for jump in found["jumps"]:
             speeds, sizes = jump["speed_ratio"], jump["amplitude_deg"]
             print(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.plots import style as look
-from aeroflutter.plots.timemarch import FIGURES, HEAVE, PITCH_RATE
+from aeroflutter.plots.timemarch import FIGURES, PITCH_RATE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,7 +109,7 @@ def _section(axes: Axes, result: ChaosResult) -> None:
     column = names.index("xi") if "xi" in names else 0
     _dots(axes, pitch, result.section.states[:, column], result)
     axes.set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
-    axes.set_ylabel(HEAVE if "xi" in names else names[column])
+    axes.set_ylabel(look.HEAVE if "xi" in names else names[column])
     axes.set_title("Poincaré section")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from aeroflutter.motion.response import STATES
 from aeroflutter.plots import style as look
+from aeroflutter.results.fields import FIELDS
 from aeroflutter.studies.maps.engines import FAILED
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ NAMES = {"lco": "limit cycle"}
 LABELS = {
     "speed": look.SPEED,
     "speed_ratio": look.SPEED_RATIO,
-    "initial.alpha_deg": r"initial pitch $\alpha_0$ (deg)",
+    "initial.alpha_deg": FIELDS["alpha"].axis,
 }
 MARKS = {
     "linear flutter": (look.BLACK, "-"),

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.results.fields import FIELDS
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -26,13 +28,13 @@ BLACK = "#222222"
 GREY = "#8A8A8A"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 
-SPEED = r"airspeed $U^*$"
-SPEED_RATIO = r"airspeed ratio $U^*/U^*_L$"
-AMPLITUDE = "pitch amplitude (deg)"
-PITCH = r"pitch $\alpha$ (deg)"
-MOMENT = r"restoring moment $F(\alpha)$ (deg)"
-TIME = r"nondimensional time $\tau$"
-FREQUENCY_RATIO = r"frequency $\omega/\omega_\alpha$"
+SPEED, SPEED_RATIO, AMPLITUDE, PITCH, MOMENT, HEAVE, TIME, FREQUENCY_RATIO = (
+    FIELDS[name].axis
+    for name in (
+        *("speed", "speed_ratio", "amplitude", "pitch", "moment", "heave", "time"),
+        "omega_ratio",
+    )
+)
 
 SYMBOLS = {  # what keys and plain titles call by name
     "omega_bar": r"$\bar\omega$",

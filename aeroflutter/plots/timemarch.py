@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURES", "plot_overview", "plot_response", "plot_sweeps"]
 
-HEAVE = r"heave $\xi = h/b$"
 PITCH_RATE = r"pitch rate $\alpha'$ (deg per unit $\tau$)"
 MOST_POINTS = 20_000  # a line of more is drawn by its envelope
 UNSETTLED = ("divergent", "undecided")
@@ -120,7 +119,7 @@ def _traces(axes: Any, response: Response) -> None:
     axes[0].set_ylabel(look.PITCH)
     axes[0].tick_params(labelbottom=False)
     axes[1].plot(time, heave, color=look.VERMILION, linewidth=0.9)
-    axes[1].set_ylabel(HEAVE)
+    axes[1].set_ylabel(look.HEAVE)
     axes[1].set_xlabel(look.TIME)
     axes[1].set_xlim(time[0], time[-1])
 
@@ -184,7 +183,7 @@ def _poincare(axes: Any, response: Response) -> None:
     axes[0].plot(pitch, heave, ".", color=look.BLUE, markersize=3.5)
     _open_up(axes[0], pitch, heave)
     axes[0].set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
-    axes[0].set_ylabel(HEAVE)
+    axes[0].set_ylabel(look.HEAVE)
     axes[0].locator_params(axis="x", nbins=3)
 
 

@@ -17,7 +17,6 @@ from aeroflutter.results.schema import (
     View,
     bulk,
     in_files,
-    item,
     layout,
     record,
     rows,
@@ -36,14 +35,12 @@ __all__ = ["LAYOUTS", "Branches", "Proved", "guarantee_fields", "spring_record"]
 # Describing functions: the curve, the same with what is proved of it, the loop at one speed
 
 DF_ONSET = layout(
-    *("speed", "speed_ratio", "amplitude", "bias", "k", "kind", "stable"),
-    item("stable_below", "beside", 0),
-    item("stable_above", "beside", 1),
+    "speed speed_ratio amplitude bias k kind stable stable_below=beside.0 stable_above=beside.1",
     "family",
 )
 DF_FAMILY = layout(
     Value("family", "number", label="number"),
-    *("biased", "mirror_of"),
+    "biased mirror_of",
     Value("ends", dims=("end",)),
     "closed",
     One("onset", layout=DF_ONSET),
@@ -51,14 +48,14 @@ DF_FAMILY = layout(
     Many("folds", layout=DF_ONSET, dim="fold", prefix="family_fold_"),
 )
 DF_POINT = layout(
-    *("amplitude", "bias", "speed", "speed_ratio", "k", "n_p", "n_q", "stable", "family"),
-    *("distortion", "in_thesis_range", "rules_agree"),
+    "amplitude bias speed speed_ratio k n_p n_q stable family distortion in_thesis_range",
+    "rules_agree",
 )
 DF_REST: tuple[str | Entry, ...] = (
     One("onset", layout=DF_ONSET),
     One("stable_onset", layout=DF_ONSET),
     Many("families", layout=DF_FAMILY, dim="number", prefix="family_"),
-    *("amplitude_range", "speed_range", "notes"),
+    "amplitude_range speed_range notes",
 )
 DESCRIBING = layout(
     "flutter_speed",
@@ -67,24 +64,22 @@ DESCRIBING = layout(
 )
 
 
-def _guarantee(name: str, of: str | Any, label: str = "") -> Entry:
-    label = label or f"guarantee_{name}"
-    return Value(label, of, key=name, label=label)
+def _band(name: str, of: str | Any) -> Entry:
+    return Value(f"guarantee_{name}", of, key=name, label=f"guarantee_{name}")
 
 
 GUARANTEE = layout(
-    _guarantee("guaranteed", "guaranteed", "guaranteed"),
-    _guarantee("reason", "reason"),
-    _guarantee("method", "method"),
-    _guarantee("speed", "speed"),
-    _guarantee("speed_ratio", lambda one: one.speed / one.unit),
-    _guarantee("k", "omega"),
-    _guarantee("amplitude", "amplitude"),
-    _guarantee("exists_at_speed", "exists_at_speed", "exists_at_speed"),
-    _guarantee("harmonics", lambda one: one.rest if one.guaranteed else np.nan),
-    _guarantee("contraction_ratio", "ratio", "contraction_ratio"),
-    _guarantee("expected_error", "expected_error", "expected_error"),
-    _guarantee("doubtful", "doubtful", "doubtful"),
+    Value("guaranteed", label="guaranteed"),
+    "reason method",
+    _band("speed", "speed"),
+    _band("speed_ratio", lambda one: one.speed / one.unit),
+    _band("k", "omega"),
+    _band("amplitude", "amplitude"),
+    Value("exists_at_speed", label="exists_at_speed"),
+    _band("harmonics", lambda one: one.rest if one.guaranteed else np.nan),
+    Value("contraction_ratio", "ratio", label="contraction_ratio"),
+    Value("expected_error", label="expected_error"),
+    Value("doubtful", label="doubtful"),
 )
 
 
@@ -106,15 +101,11 @@ class Proved:
     @property
     def points(self) -> list[View]:
         """Its points, the guarantee of each in `guarantee`."""
+        unit = self.curve.flutter_speed or np.nan
         return [
-            View(self.curve, i, guarantee=guarantee_view(self.guarantees, i, self.curve))
+            View(self.curve, i, guarantee=View(self.guarantees, i, unit=unit))
             for i in range(self.curve.speed.size)
         ]
-
-
-def guarantee_view(found: Guarantees, i: int, of: Any) -> View:
-    """A guarantee as a record, with the speed U*_L that belongs to the curve; NaN without one."""
-    return View(found, i, unit=of.flutter_speed or np.nan)
 
 
 def guarantee_fields(found: Guarantees, i: int, unit: float | None = None) -> dict[str, Any]:
@@ -129,14 +120,10 @@ def guarantee_fields(found: Guarantees, i: int, unit: float | None = None) -> di
     return fields
 
 
+DF_PROVED = layout(*DF_POINT.entries, One("guarantee", layout=GUARANTEE))
 PROVED = layout(
-    *within("curve", "flutter_speed"),
-    Many(
-        "branch",
-        "points",
-        layout=layout(*DF_POINT.entries, One("guarantee", layout=GUARANTEE)),
-        dim="point",
-    ),
+    "flutter_speed=curve.flutter_speed",
+    Many("branch", "points", layout=DF_PROVED, dim="point"),
     One("", "curve", layout=layout(*DF_REST)),
 )
 
@@ -156,32 +143,24 @@ def _loop_cycles(one: LoopTest) -> list[View]:
 
 LOOP_HARMONIC = layout(
     Value("order", "orders", label=None),
-    Value("answer", "answers"),
-    Value("gain", "gains"),
-    "predicted",
-    Value("spoils", "spoiling"),
+    "answer=answers gain=gains predicted spoils=spoiling",
 )
 LOOP_CYCLE = layout(
-    *("amplitude", "bias"),
+    "amplitude bias",
     Value("k", label="cycle_k"),
-    Value("describing_function", "N"),
+    "describing_function=N",
     Many("harmonics", "rows", layout=LOOP_HARMONIC, dim="order"),
     One("guarantee", layout=GUARANTEE),
 )
 LOOP = layout(
-    *("speed", "speed_ratio"),
+    "speed speed_ratio",
     Many("cycles", _loop_cycles, layout=LOOP_CYCLE, dim="cycle"),
     Value("k", "frequency", key="frequency", dims=("k",)),
-    Value("response", "G"),
+    "response=G",
     Value("amplitude", key="locus_amplitude", label=None),
     Value("locus_amplitude", lambda one: np.degrees(one.amplitude), key=None),
     "locus",
-    Value(
-        "order",
-        lambda one: one.cycles[0].orders if one.cycles else np.empty(0, dtype=int),
-        key=None,
-        dims=("order",),
-    ),
+    Value("order", lambda one: next((c.orders for c in one.cycles), np.arange(0)), key=None),
     frame=("cycle",),
 )
 
@@ -239,13 +218,10 @@ class Branches:
         return min(found, key=lambda onset: onset.cycle.speed, default=None)
 
 
-HB_ONSET = layout(*within("cycle", "speed"), "speed_ratio", "amplitude", "kind", "stable")
+HB_ONSET = layout("speed=cycle.speed speed_ratio amplitude kind stable")
 HB_POINT = layout(
-    *("family", "amplitude", "bias", "first_harmonic", "speed", "speed_ratio"),
-    Value("k", "omega"),
-    *("period", "stable"),
-    Value("stability_certain", "certain"),
-    *("multipliers", "multiplier_error", "symmetric", "harmonics", "truncation"),
+    "family amplitude bias first_harmonic speed speed_ratio k=omega period stable",
+    "stability_certain=certain multipliers multiplier_error symmetric harmonics truncation",
     *bulk("margin"),
     Value(
         "pitch_harmonic",
@@ -253,61 +229,47 @@ HB_POINT = layout(
         key=None,
     ),
 )
+HB_EVENT = layout("kind speed=cycle.speed speed_ratio amplitude bias family")
+HB_FAMILY = layout(
+    Value("family", label="number"),
+    "symmetric harmonics converged closed",
+    Value("ends", "stops", dims=("end",)),
+    One("onset", layout=HB_ONSET),
+    One("stable_onset", layout=HB_ONSET),
+)
 HARMONIC = layout(
     "flutter_speed",
     Many("branch", "points", layout=HB_POINT, dim="point"),
-    Many(
-        "bifurcations",
-        layout=layout(
-            "kind", *within("cycle", "speed"), "speed_ratio", "amplitude", "bias", "family"
-        ),
-        dim="event",
-        prefix="bifurcation_",
-    ),
+    Many("bifurcations", layout=HB_EVENT, dim="event", prefix="bifurcation_"),
     One("onset", layout=HB_ONSET),
     One("stable_onset", layout=HB_ONSET),
-    Many(
-        "families",
-        layout=layout(
-            Value("family", label="number"),
-            *("symmetric", "harmonics", "converged", "closed"),
-            Value("ends", "stops", dims=("end",)),
-            One("onset", layout=HB_ONSET),
-            One("stable_onset", layout=HB_ONSET),
-        ),
-        dim="number",
-        prefix="family_",
-    ),
-    Value("harmonic", lambda one: np.arange(one.points[0].top + 1), key=None, dims=("harmonic",)),
+    Many("families", layout=HB_FAMILY, dim="number", prefix="family_"),
+    Value("harmonic", lambda one: np.arange(one.points[0].top + 1), key=None),
 )
 
 # Exact cycles
 
 CYCLE = layout(
-    *("family", "amplitude", "bias", "first_harmonic", "speed", "speed_ratio", "k", "period"),
-    *("stable", "multipliers", "symmetric", "continuum", "closure", "switches"),
-    *bulk("memory"),
-    Value("start", "state", key=None),
+    "family amplitude bias first_harmonic speed speed_ratio k period stable multipliers",
+    "symmetric continuum closure switches",
+    *bulk("memory start=state"),
 )
 CYCLE_EVENT = layout(
     "kind",
     One("", "cycle", layout=CYCLE),
-    item("stable_before", "stable_beside", 0),
-    item("stable_after", "stable_beside", 1),
+    "stable_before=stable_beside.0 stable_after=stable_beside.1",
 )
 CYCLE_ONSET = layout(
-    *within("cycle", "speed", "speed_ratio", "amplitude", "bias", "period"),
-    "kind",
-    "stable",
-    *within("cycle", "family"),
+    *within("cycle", "speed speed_ratio amplitude bias period"),
+    "kind stable family=cycle.family",
 )
 CYCLE_FAMILY = layout(
     Value("family", "number", label="number"),
     Value("origin", label="origin"),
-    *("parent", "symmetric", "closed"),
+    "parent symmetric closed",
     Value("ends", "stopped", label=None),
-    item("begins", "stopped", 0, key=None, label="begins"),
-    item("ends", "stopped", 1, key=None, label="ends"),
+    Value("begins", "stopped.0", key=None, label="begins"),
+    Value("ends", "stopped.1", key=None, label="ends"),
     Value("cycles", lambda one: len(one.cycles)),
     One("onset", layout=CYCLE_ONSET),
     One("stable_onset", layout=CYCLE_ONSET),
@@ -318,13 +280,13 @@ LIMIT_REST: tuple[str | Entry, ...] = (
     One("stable_onset", layout=CYCLE_ONSET),
     Many("families", layout=CYCLE_FAMILY, dim="number", prefix="family_"),
     Value("mirrored", "odd", label="odd"),
-    *("speed_range", "notes"),
+    "speed_range notes",
 )
 LIMIT_CYCLES = layout(
     "flutter_speed", Many("branch", "cycles", layout=CYCLE, dim="point"), *LIMIT_REST
 )
 CYCLES_AT = layout(
-    *within("branch", "flutter_speed"),
+    "flutter_speed=branch.flutter_speed",
     Many("branch", "cycles", layout=CYCLE, dim="point"),
     One("", "branch", layout=layout(*LIMIT_REST)),
     Value("speed", label="at_speed"),
@@ -349,11 +311,11 @@ TOLERANCE = layout(
     Value("speed_ratio", label="tolerance_speed_ratio"),
     Value("speed", label="tolerance_speed"),
     Value("amplitude", label="tolerance_amplitude"),
-    "unlimited",
+    Value("unlimited", lambda one: one.spring is None),
     Value("factor", label="tolerance_factor"),
     Value("spring", lambda one: spring_record(one.spring), label=None),
     Value("tolerance_spring", lambda one: repr(one.spring), key=None),
-    One("worst", layout=layout("amplitude", "bias", "speed_ratio", "speed", "period")),
+    One("worst", layout=layout("amplitude bias speed_ratio speed period")),
     Value("notes", label="tolerance_notes"),
     One("", "branch", key=None, layout=LIMIT_CYCLES),
 )

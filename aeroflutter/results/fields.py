@@ -112,7 +112,6 @@ TIME = Kind(
 FLAG = Kind(missing=-1, dtype=np.int8)
 COUNT = Kind(missing=-1, dtype=np.int64)
 TEXT = Kind(missing="", dtype=np.str_)
-PLAIN = Kind(dtype=None)  # goes through as it is
 
 
 @dataclass(frozen=True)
@@ -131,6 +130,10 @@ class Field:
         What whole numbers mean that stand for a text in arrays.
     more
         Further attributes of its variable.
+    heading
+        Of a column of a printed table.
+    axis
+        Of a figure.
     """
 
     long_name: str
@@ -138,6 +141,8 @@ class Field:
     dims: tuple[str, ...] = ()
     codes: Mapping[int, str] = field(default_factory=dict)
     more: Mapping[str, Any] = field(default_factory=dict)
+    heading: str = ""
+    axis: str = ""
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -153,35 +158,49 @@ class Field:
 
 FIELDS: dict[str, Field] = {
     # the flow
-    "speed": Field("airspeed U* = V/(b omega_alpha)", SPEED),
-    "speed_ratio": Field("airspeed over the linear flutter speed, U*/U*_L"),
+    "speed": Field("airspeed U* = V/(b omega_alpha)", SPEED, heading="U*", axis=r"airspeed $U^*$"),
+    "speed_ratio": Field(
+        "airspeed over the linear flutter speed, U*/U*_L",
+        heading="U*/U*_L",
+        axis=r"airspeed ratio $U^*/U^*_L$",
+    ),
     "velocity": Field("airspeed V", Kind("m s-1")),
     "flutter_speed": Field("linear flutter speed U*_L", SPEED),
     "flutter_k": Field("reduced frequency at the linear flutter speed", FREQUENCY),
     "speed_range": Field("lowest and highest airspeed U* searched", SPEED),
-    "k": Field("reduced frequency omega b/V", FREQUENCY),
-    "omega_ratio": Field("frequency over the uncoupled pitch frequency, omega/omega_alpha"),
-    "time": Field("nondimensional time tau = V t/b", TIME),
+    "k": Field("reduced frequency omega b/V", FREQUENCY, heading="k"),
+    "omega_ratio": Field(
+        "frequency over the uncoupled pitch frequency, omega/omega_alpha",
+        axis=r"frequency $\omega/\omega_\alpha$",
+    ),
+    "time": Field("nondimensional time tau = V t/b", TIME, axis=r"nondimensional time $\tau$"),
     "duration": Field("time marched, in tau", TIME),
-    "period": Field("period in tau", TIME),
+    "period": Field("period in tau", TIME, heading="period"),
     "return_time": Field("mean time from maximum to maximum, in tau", TIME),
     # root locus
     "root": Field("root p of det B(p), per unit of tau = V t/b", COMPLEX, ("speed", "mode")),
     "part": Field("real and imaginary part", TEXT),
     "band": Field("ends of a band", TEXT),
     "side": Field("before and after a jump", TEXT),
-    "mode": Field("number of the mode", COUNT),
+    "mode": Field("number of the mode", COUNT, dims=("mode",)),
     "searched": Field("lowest and highest airspeed U* searched", SPEED),
     "stiffness": Field("pitch stiffness that stands for the spring"),
     "growing": Field("1 where the oscillation begins to grow", FLAG),
     "coalescence": Field("1 where two frequencies meet", FLAG),
     "unstable_at_low": Field("1 if an oscillation grows at the lowest speed searched", FLAG),
     # cycles, by whatever method
-    "amplitude": Field("pitch amplitude, half peak to peak", ANGLE),
-    "bias": Field("midrange of pitch", ANGLE),
-    "first_harmonic": Field("amplitude of the first harmonic of pitch", ANGLE),
-    "stable": Field("1 where the cycle is stable", FLAG),
-    "family": Field("number of the family of cycles", COUNT),
+    "amplitude": Field(
+        "pitch amplitude, half peak to peak",
+        ANGLE,
+        heading="amplitude (deg)",
+        axis="pitch amplitude (deg)",
+    ),
+    "bias": Field("midrange of pitch", ANGLE, heading="bias (deg)"),
+    "first_harmonic": Field(
+        "amplitude of the first harmonic of pitch", ANGLE, heading="first harmonic"
+    ),
+    "stable": Field("1 where the cycle is stable", FLAG, heading="stable"),
+    "family": Field("number of the family of cycles", COUNT, heading="family"),
     "symmetric": Field("1 where the second half of the period mirrors the first", FLAG),
     "multipliers": Field(
         "Floquet multipliers of the period, the trivial one first", COMPLEX, ("multiplier",)
@@ -206,7 +225,7 @@ FIELDS: dict[str, Field] = {
     # describing functions and their guarantees
     "n_p": Field("describing function, in phase with pitch"),
     "n_q": Field("describing function, in quadrature with pitch"),
-    "distortion": Field("predicted harmonics 2-9 of pitch over the first"),
+    "distortion": Field("predicted harmonics 2-9 of pitch over the first", heading="distortion"),
     "in_thesis_range": Field("1 where the thesis's describing function applies", FLAG),
     "rules_agree": Field("1 where both rules of stability agree", FLAG),
     "biased": Field("1 where the balance of the mean is solved with a free bias", FLAG),
@@ -239,7 +258,7 @@ FIELDS: dict[str, Field] = {
         "amplitude of a point of the locus", Kind("degree"), ("locus_amplitude",)
     ),
     "describing_function": Field("N = n_p + j n_q", COMPLEX),
-    "order": Field("number of the harmonic", COUNT),
+    "order": Field("number of the harmonic", COUNT, ("order",)),
     "answer": Field("answer of the spring at the harmonic, over the amplitude"),
     "gain": Field("what the loop makes of it"),
     "predicted": Field("predicted harmonic of pitch over the first"),
@@ -249,6 +268,7 @@ FIELDS: dict[str, Field] = {
     "margin": Field("distance from a change of the sequence of switches, over the amplitude"),
     "stability_certain": Field("1 where the multipliers are clear of the unit circle", FLAG),
     "harmonics": Field("highest harmonic", COUNT),
+    "harmonic": Field("number of the harmonic", COUNT, ("harmonic",)),
     "converged": Field("1 where every truncation is below the tolerance", FLAG),
     "pitch_harmonic": Field(
         "Y_k of pitch = Re sum of Y_k exp(j k omega tau)",
@@ -269,17 +289,21 @@ FIELDS: dict[str, Field] = {
     "factor": Field("size of the tolerable spring over that of the case"),
     "unlimited": Field("1 if any size is tolerable", FLAG),
     # motions
-    "alpha": Field("initial pitch", ANGLE),
-    "pitch": Field("pitch, nose up", ANGLE),
-    "heave": Field("heave over the semi-chord, positive down"),
-    "moment": Field("restoring moment of the spring over its unit stiffness", ANGLE),
+    "alpha": Field("initial pitch", ANGLE, axis=r"initial pitch $\alpha_0$ (deg)"),
+    "pitch": Field("pitch, nose up", ANGLE, axis=r"pitch $\alpha$ (deg)"),
+    "heave": Field("heave over the semi-chord, positive down", axis=r"heave $\xi = h/b$"),
+    "moment": Field(
+        "restoring moment of the spring over its unit stiffness",
+        ANGLE,
+        axis=r"restoring moment $F(\alpha)$ (deg)",
+    ),
     "memory": Field("memory of the spring", ANGLE),
     "f0": Field("mean of the describing function", ANGLE),
     "states": Field("states of the system, rad and tau", dims=("time", "state_name")),
-    "state_name": Field("name of the state", TEXT),
+    "state_name": Field("name of the state", TEXT, dims=("state_name",)),
     "events": Field("time and kind of events of the run", dims=("event", "event_part")),
-    "event_part": Field("what the columns of events are", TEXT),
-    "state": Field("end state", TEXT, codes=dict(enumerate(STATES))),
+    "event_part": Field("what the columns of events are", TEXT, dims=("event_part",)),
+    "state": Field("end state", TEXT, codes=dict(enumerate(STATES)), heading="state"),
     "reason": Field("how the end was decided, or why it could not be", TEXT),
     "engine": Field("engine that ran", TEXT),
     "rest": Field("pitch at which a damped motion comes to rest", ANGLE),
@@ -309,9 +333,9 @@ FIELDS: dict[str, Field] = {
     "running": Field(
         "finite-time Lyapunov exponent up to running_time", dims=("running_time", "exponent")
     ),
-    "running_time": Field("length of the run in tau", TIME),
+    "running_time": Field("length of the run in tau", TIME, dims=("running_time",)),
     "blocks": Field("Lyapunov exponent of one block of the run", dims=("block", "exponent")),
-    "exponent": Field("number of the exponent, from the largest", COUNT),
+    "exponent": Field("number of the exponent, from the largest", COUNT, dims=("exponent",)),
     "peak": Field("maximum of pitch", ANGLE, ("maximum",)),
     "peaks": Field("maxima of pitch: of one period, or the last ones", ANGLE, ("peak",)),
     "trough": Field("lowest minimum of pitch since the maximum before", ANGLE, ("maximum",)),

@@ -13,22 +13,16 @@ from aeroflutter.results.schema import Layout, Many, One, Value, layout
 
 __all__ = ["layout_of"]
 
-CROSSING = layout("speed", "k", "omega_ratio")
+CROSSING = layout("speed k omega_ratio")
+CROSSINGS = layout(*CROSSING.entries, "growing coalescence")
 ROOT_LOCUS = layout(
     One("flutter", layout=CROSSING),
-    Many(
-        "crossings",
-        layout=layout(*CROSSING.entries, "growing", "coalescence"),
-        dim="crossing",
-        prefix="crossing_",
-    ),
+    Many("crossings", layout=CROSSINGS, dim="crossing", prefix="crossing_"),
     One("divergence", layout=layout(Value("speed", lambda speed: speed))),
-    "unstable_at_low",
-    "searched",
-    "stiffness",
+    "unstable_at_low searched stiffness",
     Value("speed", "speeds", key="speeds", dims=("speed",)),
     Value("root", "roots", key="roots"),
-    Value("mode", lambda one: np.arange(1, one.roots.shape[1] + 1), key=None, dims=("mode",)),
+    Value("mode", lambda one: np.arange(1, one.roots.shape[1] + 1), key=None),
     frame=("speed", "mode"),
 )
 

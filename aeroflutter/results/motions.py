@@ -33,14 +33,13 @@ __all__ = ["LAYOUTS", "Pass", "Run", "SpringLaw"]
 RESPONSE = layout(
     "engine",
     Value("state", label="end_state"),
-    *("reason", "amplitude", "bias", "first_harmonic", "period"),
+    "reason amplitude bias first_harmonic period",
     Value("k", lambda one: 2.0 * np.pi / one.period),
-    *("rest", "duration"),
+    "rest duration",
     *bulk("extras"),
-    *bulk("time", "pitch", "heave", "moment", "memory", along=("time",)),
-    *bulk("states", "events"),
-    Value("state_name", "state_names", key=None, dims=("state_name",)),
-    Value("event_part", lambda one: ["time", "kind"], key=None, dims=("event_part",)),
+    *bulk("time pitch heave moment memory", along=("time",)),
+    *bulk("states events state_name=state_names"),
+    Value("event_part", lambda one: ["time", "kind"], key=None),
     frame=("time",),
 )
 
@@ -74,7 +73,7 @@ RUN = layout(
     "speed",
     Value("speed_ratio", optional=True),
     Value("flutter_speed", optional=True),
-    Value("alpha", "start.alpha"),
+    "alpha=start.alpha",
     One("", "response", layout=RESPONSE),
     frame=("time",),
 )
@@ -101,34 +100,21 @@ class Pass:
         ]
 
 
+JUMP = layout(
+    Value("speed_ratio", "ratios", dims=("side",)),
+    Value("amplitude", lambda one: [one.amplitude_before, one.amplitude_after], dims=("side",)),
+    *bulk("before after"),
+)
 PASS = layout(
     Value("direction", lambda one: "up" if one.sweep.upward else "down"),
-    *along("visit", "speed_ratio"),
-    Value("speed", "sweep.speeds", dims=("visit",)),
+    *along("visit", "speed_ratio speed=sweep.speeds"),
     Value("state", "sweep.state", label="end_state", dims=("visit",)),
-    One(
-        "",
-        "sweep",
-        layout=layout(
-            *along("visit", "amplitude", "bias", "first_harmonic", "period", "rest"),
-            *bulk("reason", along=("visit",)),
-        ),
+    *(
+        Value(name, f"sweep.{name}", dims=("visit",))
+        for name in ("amplitude", "bias", "first_harmonic", "period", "rest")
     ),
-    Many(
-        "jumps",
-        layout=layout(
-            Value("speed_ratio", "ratios", dims=("side",)),
-            Value(
-                "amplitude",
-                lambda one: [one.amplitude_before, one.amplitude_after],
-                dims=("side",),
-            ),
-            Value("before", key=None),
-            Value("after", key=None),
-        ),
-        dim="jump",
-        prefix="jump_",
-    ),
+    Value("reason", "sweep.reason", key=None, dims=("visit",)),
+    Many("jumps", layout=JUMP, dim="jump", prefix="jump_"),
     frame=("visit",),
     coordinates=("speed",),
 )
@@ -137,53 +123,26 @@ PASS = layout(
 
 MOST_PEAKS = 100  # of one line of JSON
 MOTION = layout(
-    *("verdict", "name", "reason"),
-    Value("lyapunov", "exponents.values"),
-    Value("lyapunov_error", "exponents.error"),
-    Value("statistical_error", "exponents.statistical"),
-    *within("exponents", "drift", "resolution", "dimension"),
-    *("loops", "period", "multiplier"),
-    Value("floquet_exponent", "floquet"),
-    *("amplitude", "bias"),
-    Value("cycles", "section.pitch.size"),
-    *("transient", "return_time", "engine"),
+    "verdict name reason lyapunov=exponents.values lyapunov_error=exponents.error",
+    "statistical_error=exponents.statistical",
+    *within("exponents", "drift resolution dimension"),
+    "loops period multiplier floquet_exponent=floquet amplitude bias cycles=section.pitch.size",
+    "transient return_time engine",
     Value("peaks", lambda one: one.peaks(MOST_PEAKS), label=None),
 )
 CHAOS = layout(
     *MOTION.entries,
-    Value("running", "exponents.running", key=None),
-    Value("running_time", "exponents.time", key=None, dims=("running_time",)),
-    Value("blocks", "exponents.blocks", key=None),
-    Value("peak", "section.pitch", key=None, dims=("maximum",)),
-    Value("peak_time", "section.time", key=None),
-    Value("peak_states", "section.states", key=None),
-    Value("peak_memory", "memory", key=None),
-    Value("trough", "troughs", key=None),
-    Value("state_name", "section.state_names", key=None, dims=("state_name",)),
-    Value(
-        "exponent",
-        lambda one: np.arange(1, one.exponents.values.size + 1),
-        key=None,
-        dims=("exponent",),
-    ),
+    *bulk("running=exponents.running running_time=exponents.time blocks=exponents.blocks"),
+    *bulk("peak=section.pitch peak_time=section.time peak_states=section.states"),
+    *bulk("peak_memory=memory trough=troughs state_name=section.state_names"),
+    Value("exponent", lambda one: np.arange(1, one.exponents.values.size + 1), key=None),
     frame=("maximum",),
 )
+PEAKS = Value("peak", lambda one: one.peaks(), key=None, dims=("peak",))
 SCAN = layout(
     Value("value", "values", key=None, dims=("value",)),
-    Many(
-        "points",
-        "results",
-        layout=layout(
-            *MOTION.entries, Value("peak", lambda one: one.peaks(), key=None, dims=("peak",))
-        ),
-        dim="value",
-    ),
-    Value(
-        "exponent",
-        lambda one: np.arange(1, one.exponents.shape[1] + 1),
-        key=None,
-        dims=("exponent",),
-    ),
+    Many("points", "results", layout=layout(*MOTION.entries, PEAKS), dim="value"),
+    Value("exponent", lambda one: np.arange(1, one.exponents.shape[1] + 1), key=None),
     frame=("value",),
 )
 
@@ -220,23 +179,15 @@ def _gain(name: str, attribute: str) -> Entry:
     return Value(name, lambda one: one.gain(attribute), label=name, dims=("amplitude_deg",))
 
 
+PATH = layout(*(Value(n, label=n, dims=("sample",)) for n in ("pitch", "moment", "memory")))
+GAINS = layout(
+    Value("amplitude", label="amplitude", dims=("amplitude_deg",)),
+    Value("bias", label="bias"),
+    *(_gain("f0", "F0"), _gain("n_p", "n_p"), _gain("n_q", "n_q")),
+)
 SPRING_LAW = layout(
-    One(
-        "path",
-        lambda one: one,
-        layout=layout(
-            *(Value(n, label=n, dims=("sample",)) for n in ("pitch", "moment", "memory"))
-        ),
-    ),
-    One(
-        "describing",
-        lambda one: one,
-        layout=layout(
-            Value("amplitude", label="amplitude", dims=("amplitude_deg",)),
-            Value("bias", label="bias"),
-            *(_gain("f0", "F0"), _gain("n_p", "n_p"), _gain("n_q", "n_q")),
-        ),
-    ),
+    One("path", lambda one: one, layout=PATH),
+    One("describing", lambda one: one, layout=GAINS),
     frame=("sample",),
 )
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,7 +48,8 @@ class Entry:
     name
         Without the suffix of its unit.
     of
-        Where it is read: a dotted path, or a function of the object; its name by default.
+        Where it is read: a dotted path, numbers being places of a sequence, or a function of the
+        object; its name by default.
     key, label
         Its name in records and in Datasets; None where it is left out of them. A label that is
         given goes without the prefix of the record that it is in.
@@ -66,7 +66,9 @@ class Entry:
             return None
         if callable(self.of):
             return self.of(source)
-        return attrgetter(self.name if self.of == SAME else self.of)(source)
+        for part in (self.name if self.of == SAME else self.of).split("."):
+            source = source[int(part)] if part.isdigit() else getattr(source, part)
+        return source
 
     @property
     def called(self) -> str | None:
@@ -143,9 +145,16 @@ class Layout:
 
 
 def layout(*entries: str | Entry, **settings: Any) -> Layout:
-    """A layout whose plain values are given by their names."""
-    made = (Value(one) if isinstance(one, str) else one for one in entries)
-    return Layout(tuple(made), **settings)
+    """A layout whose plain values are given by their names, `name=path` where that is another."""
+    return Layout(tuple(entry for one in entries for entry in _made(one)), **settings)
+
+
+def _made(one: str | Entry, **settings: Any) -> Iterator[Entry]:
+    if isinstance(one, Entry):
+        yield one
+    else:
+        for name, _, path in (word.partition("=") for word in one.split()):
+            yield Value(name, path or SAME, **settings)
 
 
 class View:
@@ -304,24 +313,19 @@ def _along(one: Column, entry: Many, layout: Layout) -> Column:
     return replace(one, field=replace(one.field, dims=(entry.dim, *one.field.dims)), read=read)
 
 
-def within(path: str, *names: str) -> list[Entry]:
+def within(path: str, names: str) -> Iterator[Entry]:
     """Fields that are read within an attribute."""
-    return [Value(name, f"{path}.{name}") for name in names]
+    return (Value(name, f"{path}.{name}") for name in names.split())
 
 
-def bulk(*names: str, along: tuple[str, ...] | None = None) -> list[Entry]:
-    """Fields that are too much for one line of JSON."""
-    return [Value(name, key=None, dims=along) for name in names]
+def bulk(names: str, along: tuple[str, ...] | None = None) -> Iterator[Entry]:
+    """Fields that are too much for one line of JSON, and perhaps arrays along some dimensions."""
+    return _made(names, key=None, dims=along)
 
 
-def along(dim: str, *names: str) -> list[Entry]:
+def along(dim: str, names: str) -> Iterator[Entry]:
     """Fields that are arrays along a dimension."""
-    return [Value(name, dims=(dim,)) for name in names]
-
-
-def item(name: str, attribute: str, i: int, **settings: Any) -> Entry:
-    """One of the values of an attribute."""
-    return Value(name, lambda one: getattr(one, attribute)[i], **settings)
+    return _made(names, dims=(dim,))
 
 
 def rows(one: Any, count: int, **more: Any) -> list[View]:
