@@ -27,6 +27,7 @@ from aeroflutter.motion.sweeps import sweep as sweep_of_speed
 from aeroflutter.orbits.cycles import CycleOptions, cycles_at, limit_cycles, tolerance
 from aeroflutter.orbits.describing import DescribingOptions, describing_curve
 from aeroflutter.orbits.harmonic import HarmonicOptions, harmonic_families
+from aeroflutter.results import dataset as datasets
 from aeroflutter.results import layouts, to_dataframe, to_dataset, to_json
 from aeroflutter.results.cycles import Branches, Proved
 from aeroflutter.results.fields import ANGLE, FIELDS, Field
@@ -474,7 +475,7 @@ def test_a_new_field_is_in_all_encodings(name: str, value: float) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(FIELDS, "twist", Field("twist of the wing", ANGLE))
         patch.setattr(layouts, "layout_of", lambda one: (result, widened(own, added)))
-        patch.setattr("aeroflutter.results.dataset.layout_of", layouts.layout_of)
+        patch.setattr(datasets, "layout_of", layouts.layout_of)
         found, dataset = to_json(result), to_dataset(result)
         frame = to_dataframe(result)
     degrees = np.degrees(value)
