@@ -292,3 +292,21 @@ def test_models_from_elsewhere_with_several_springs():
     assert fixed.stack([1.0, 5.0])[1].shape == (2, 6, 2)
     assert not any(value.any() for value in fixed.derivative([1.0, 5.0]))
     assert as_family(FixedFamily(SectionFamily(SECTION).at(2.0))).at(9.0).names == ("pitch",)
+
+
+def test_springs_of_other_stiffness():
+    one = SectionModel(SECTION, springs=("pitch",)).at(2.0)
+    half = SectionModel(SECTION, springs=("pitch", "pitch"), stiffness=(0.5, 0.25)).at(2.0)
+    np.testing.assert_allclose(half.closed([1.0, 2.0]), one.closed([1.0]), rtol=1e-14)
+    pair = SectionModel(SECTION, springs=("pitch", "heave")).at(2.0)
+    soft = SectionModel(SECTION, springs=("pitch",), linear={"heave": 0.3}).at(2.0)
+    assert soft.outputs == 1
+    np.testing.assert_allclose(soft.A, pair.absorb({1: 0.3}).A, rtol=1e-13, atol=1e-15)
+    beside = SectionModel(SECTION, springs=("pitch",), linear={"pitch": 0.6}).at(2.0)
+    np.testing.assert_allclose(beside.closed([0.4]), one.closed([1.0]), rtol=1e-14, atol=1e-15)
+    with pytest.raises(InputError, match="linear: 'flap' is no coordinate of it"):
+        SectionModel(SECTION, linear={"flap": 1.0})
+    with pytest.raises(InputError, match="as many of each, got 1 and 2"):
+        SectionModel(SECTION, stiffness=(1.0, 2.0))
+    with pytest.raises(InputError, match="every number must be finite"):
+        SectionModel(SECTION, stiffness=(math.nan,))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -71,11 +71,17 @@ class SectionModel:
         Coordinates whose springs stand outside of ``A``, one an output, in this order:
         ``"pitch"``, ``"heave"``, ``"flap"``. One that is named twice carries two springs. The
         spring of every other coordinate is linear, of its nominal stiffness.
+    stiffness : sequence of float, optional
+        What a unit slope of each of these springs is worth, over the nominal stiffness of its
+        coordinate; one by default.
+    linear : mapping of str to float, optional
+        Coordinates that carry a linear spring of another stiffness than the nominal one, over it.
+        Where a coordinate is one of ``springs`` too, this spring is there beside that one.
 
     Raises
     ------
     InputError
-        If a coordinate is not one of the section.
+        If a coordinate is not one of the section, or a stiffness is not finite.
 
     Notes
     -----
@@ -88,16 +94,51 @@ class SectionModel:
     section: TypicalSection
     aerodynamics: Aerodynamics = field(default_factory=Wagner)
     springs: Sequence[str] = ("pitch",)
+    stiffness: Sequence[float] | None = None
+    linear: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "springs", tuple(self.springs))
+        given = [1.0] * len(self.springs) if self.stiffness is None else self.stiffness
+        object.__setattr__(self, "stiffness", tuple(float(value) for value in given))
+        problems = self._problems()
+        if problems:
+            raise InputError(problems)
+        object.__setattr__(self, "_terms", self._assemble())
+
+    def _problems(self) -> list[str]:
         known = coordinates(self.section)
-        unknown = [name for name in self.springs if name not in known]
-        if unknown:
-            allowed = " or ".join(known)
-            raise InputError([f"springs: {unknown[0]!r} is no coordinate of it; use {allowed}"])
-        numbers = tuple(known.index(name) for name in self.springs)
-        object.__setattr__(self, "_terms", state_terms(self.section, self.aerodynamics, numbers))
+        allowed = " or ".join(known)
+        problems = [
+            f"{key}: {name!r} is no coordinate of it; use {allowed}"
+            for key, names in (("springs", self.springs), ("linear", self.linear))
+            for name in names
+            if name not in known
+        ]
+        if len(self._weights) != len(self.springs):
+            counts = f"{len(self.springs)} and {len(self._weights)}"
+            problems.append(f"springs and stiffness: need as many of each, got {counts}")
+        if not all(np.isfinite([*self._weights, *self.linear.values()])):
+            problems.append("stiffness and linear: every number must be finite")
+        return problems
+
+    @property
+    def _weights(self) -> tuple[float, ...]:
+        assert self.stiffness is not None  # filled in by __post_init__
+        return tuple(self.stiffness)
+
+    def _assemble(self) -> SectionTerms:
+        """Every spring that is not nominal outside of A first, then the linear ones in again."""
+        known = coordinates(self.section)
+        numbers = tuple(known.index(name) for name in (*self.springs, *self.linear))
+        terms = state_terms(self.section, self.aerodynamics, numbers)
+        m = len(self.springs)
+        slopes = np.array(list(self.linear.values()))
+        return terms._replace(
+            A2=terms.A2 - (terms.B2[:, m:] * slopes) @ terms.C[m:],
+            B2=terms.B2[:, :m] * np.array(self._weights),
+            C=terms.C[:m],
+        )
 
     @property
     def terms(self) -> SectionTerms:
