@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from aeroflutter import springs
 from aeroflutter.case import schema
 from aeroflutter.case.check import (
     OVERFLOW,
@@ -19,24 +17,14 @@ from aeroflutter.case.check import (
     check_variant,
     show,
 )
+from aeroflutter.case.flaps import build_flap
+from aeroflutter.case.placed import PlacedSpring, build_springs
 from aeroflutter.errors import InputError
 from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
 from aeroflutter.model.lure import SectionFamily
-from aeroflutter.model.section import TypicalSection
+from aeroflutter.model.section import Flap, FlapSI, TypicalSection
 
-TOP_LEVEL = ("title", "section", "aerodynamics", "spring", "initial")
-
-SPRINGS: dict[str, Callable[..., springs.Spring]] = {
-    "linear": springs.Linear,
-    "cubic": springs.Cubic,
-    "table": springs.Table,
-    "bilinear": springs.Bilinear,
-    "freeplay": springs.Freeplay,
-    "hysteresis": springs.Hysteresis,
-}
-
-_FIELDS = {"moment_deg": "moments"}
-"""Fields of springs that are not their key without `_deg`."""
+TOP_LEVEL = ("title", "section", "flap", "aerodynamics", "spring", "initial")
 
 
 @dataclass(frozen=True)
@@ -45,7 +33,7 @@ class Built:
 
     section: TypicalSection
     aerodynamics: Aerodynamics
-    spring: springs.Spring
+    springs: tuple[PlacedSpring, ...]
     initial: dict[str, float]
     tables: dict[str, Any]
 
@@ -62,36 +50,46 @@ def build(given: Mapping[str, Any]) -> Built:
     title = given.get("title", "")
     if not isinstance(title, str) or not title.isprintable():
         problems.append(f"title: must be one line of text, not {show(title)}")
-    section, section_values, section_problems = _section(given.get("section", {}))
+    flap = build_flap(given)
+    section, section_values, section_problems = _section(given.get("section", {}), flap.flap)
     aerodynamics, aerodynamics_table = _aerodynamics(given.get("aerodynamics", {}))
-    spring, spring_table = _spring(given.get("spring", {"kind": "linear"}))
-    initial = check_table("initial", schema.Initial, given.get("initial", {}))
-    problems += section_problems
-    problems += aerodynamics_table.problems + spring_table.problems + initial.problems
-    if problems or section is None or aerodynamics is None or spring is None:
+    placed = build_springs(given.get("spring", {"kind": "linear"}), with_flap="flap" in given)
+    motion = schema.FlapInitial if "flap" in given else schema.Initial
+    initial = check_table("initial", motion, given.get("initial", {}))
+    problems += section_problems + flap.problems
+    problems += aerodynamics_table.problems + placed.problems + initial.problems
+    if problems or section is None or aerodynamics is None:
         raise InputError(problems)
     _refuse_overflow(section, aerodynamics)
     tables = {
         "title": title,
         "section": section_values,
+        **({"flap": flap.values} if "flap" in given else {}),
         "aerodynamics": aerodynamics_table.values,
-        "spring": spring_table.values,
+        "spring": placed.values,
         "initial": initial.values,
     }
-    return Built(section, aerodynamics, spring, initial.values, tables)
+    return Built(section, aerodynamics, placed.springs, initial.values, tables)
 
 
-def _section(given: Any) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
+def _section(
+    given: Any, flap: Flap | FlapSI | None
+) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
     if isinstance(given, dict) and "si" in given:
-        return _dimensional(given)
+        return _dimensional(given, flap)
     table = check_table("section", schema.Section, given)
     stand_ins = dict.fromkeys(schema.Section.model_fields, 1.0) | {"x_alpha": 0.0}
-    keys = {name: f"section.{name}" for name in schema.Section.model_fields}
-    section = table.build(TypicalSection, table.values | _only(stand_ins, table.wrong), keys)
+    arguments = table.values | _only(stand_ins, table.wrong) | {"flap": flap}
+    if "damping" in table.wrong:
+        arguments["damping"] = "coordinate"
+    keys = {name: f"section.{name}" for name in schema.Section.model_fields} | {"flap": "flap"}
+    section = table.build(TypicalSection, arguments, keys)
     return section, table.values, table.problems
 
 
-def _dimensional(given: dict[str, Any]) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
+def _dimensional(
+    given: dict[str, Any], flap: Flap | FlapSI | None
+) -> tuple[TypicalSection | None, dict[str, Any], list[str]]:
     own = schema.DimensionalSection.model_fields  # keys that may stand in either of the tables
     si = given["si"] if isinstance(given["si"], dict) else {}
     follow = [name for name in schema.Section.model_fields if name in given and name not in own]
@@ -103,11 +101,17 @@ def _dimensional(given: dict[str, Any]) -> tuple[TypicalSection | None, dict[str
         for n in own
         if n in rest and n in si
     ]
+    for ratio, damper in (("zeta_xi", "c_h"), ("zeta_alpha", "c_alpha")):
+        if damper in si and ratio not in given:
+            outer.values.pop(ratio, None)  # a default is no second statement
     inner = check_table("section.si", schema.Dimensional, given["si"])
     stand_ins = dict.fromkeys(schema.Dimensional.model_fields, 1.0)
     keys = {name: f"section.si.{name}" for name in stand_ins}
-    keys |= {name: f"section.{name}" for name in own if name not in si}
-    arguments = outer.values | inner.values | _only(stand_ins, inner.wrong)
+    keys |= {name: f"section.{name}" for name in own if name not in si} | {"flap": "flap"}
+    arguments = outer.values | inner.values | _only(stand_ins, inner.wrong) | {"flap": flap}
+    arguments.pop("c_beta", None)  # the flap has it
+    if "damping" in outer.wrong:
+        arguments["damping"] = "coordinate"
     section = inner.build(TypicalSection.from_si, arguments, keys)
     values = outer.values | _only(inner.values, own)
     values["si"] = {name: value for name, value in inner.values.items() if name not in own}
@@ -132,34 +136,6 @@ def _aerodynamics(given: Any) -> tuple[Aerodynamics | None, CheckedTable]:
     if wagner and "model" in table.values:
         table.values |= {"a": list(wagner.a), "b": list(wagner.b)}
     return wagner, table
-
-
-def _spring(given: Any) -> tuple[springs.Spring | None, CheckedTable]:
-    table = check_variant("spring", "kind", schema.SPRINGS, given)
-    kind = table.values.get("kind")
-    if kind is None:
-        return None, table
-    names = [name for name in schema.SPRINGS[kind].model_fields if name != "kind"]
-    values = _only(table.values, names)
-    count = max((len(v) for v in values.values() if isinstance(v, list)), default=0)
-    stand_in = list(range(count)) if kind == "table" else 1.0
-    values |= {name: stand_in for name in names if name in table.wrong}
-    keys = {_field(name): f"spring.{name}" for name in names}
-    # Piecewise-linear laws are scale-free: built in degrees first, they complain in degrees.
-    table.build(SPRINGS[kind], {_field(n): value for n, value in values.items()}, keys)
-    if table.problems:
-        return None, table
-    return SPRINGS[kind](**{_field(n): _radians(n, value) for n, value in values.items()}), table
-
-
-def _field(key: str) -> str:
-    return _FIELDS.get(key, key.removesuffix("_deg"))
-
-
-def _radians(key: str, value: Any) -> Any:
-    if not key.endswith("_deg"):
-        return value
-    return [math.radians(v) for v in value] if isinstance(value, list) else math.radians(value)
 
 
 def _only(values: Mapping[str, Any], names: Any) -> dict[str, Any]:

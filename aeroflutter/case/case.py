@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,7 +26,9 @@ from aeroflutter.model.aerodynamics import Aerodynamics
 from aeroflutter.model.section import TypicalSection
 
 if TYPE_CHECKING:
-    from aeroflutter.model.lure import SectionFamily
+    from aeroflutter.case.placed import PlacedSpring
+    from aeroflutter.model.family import SectionModel
+    from aeroflutter.model.lure import SectionFamily, SpringFamily
     from aeroflutter.springs import Spring
 
 __all__ = ["Case", "InitialMotion", "builtin_names", "load_case"]
@@ -41,6 +43,17 @@ class InitialMotion(NamedTuple):
     xi_rate: float = 0.0
 
 
+class FlapMotion(NamedTuple):
+    """The same of a section with a flap: flap angle (rad) and its rate as well."""
+
+    alpha: float
+    alpha_rate: float = 0.0
+    xi: float = 0.0
+    xi_rate: float = 0.0
+    beta: float = 0.0
+    beta_rate: float = 0.0
+
+
 @dataclass(frozen=True)
 class Case:
     """A case, validated; made by :func:`load_case`.
@@ -52,8 +65,11 @@ class Case:
     section : TypicalSection
     aerodynamics : Wagner or QuasiSteady
     spring : Spring
-        In radians.
-    initial : InitialMotion
+        The one that is not linear, or the first of several; in the unit of its coordinate, radians
+        or semi-chords.
+    springs : tuple of PlacedSpring
+        All that the file names, with their coordinates; any other coordinate is linear.
+    initial : InitialMotion or FlapMotion
         In radians and semi-chords.
     text : str
         The case as TOML with every key, changes included; :func:`load_case` of it gives an
@@ -66,7 +82,8 @@ class Case:
     section: TypicalSection
     aerodynamics: Aerodynamics
     spring: Spring
-    initial: InitialMotion
+    springs: tuple[PlacedSpring, ...]
+    initial: InitialMotion | FlapMotion
     text: str
     source: str
 
@@ -80,11 +97,47 @@ class Case:
         """The tables of the file, in its units, completed by the defaults."""
         return parse_case(self.text, self.source)
 
-    def family(self) -> SectionFamily:
-        """The section at every airspeed, as the analyses see it."""
-        from aeroflutter.model.lure import SectionFamily
+    def model(self) -> SectionModel:
+        """The section at every airspeed, a spring that is not linear an output.
 
-        return SectionFamily(self.section, self.aerodynamics)
+        Linear springs are part of the section, except where there are no others: then the first
+        one is an output.
+        """
+        from aeroflutter.model.family import SectionModel
+
+        outside = outputs(self.springs)
+        linear: dict[str, float] = {}
+        for item in self.springs:
+            if item not in outside:
+                linear[item.at] = linear.get(item.at, 0.0) + item.stiffness
+        return SectionModel(
+            self.section,
+            self.aerodynamics,
+            [item.at for item in outside],
+            [item.stiffness for item in outside],
+            linear,
+        )
+
+    def family(self) -> SectionFamily | SpringFamily:
+        """The section at every airspeed, as the analyses of one spring see it.
+
+        Raises
+        ------
+        InputError
+            If there are several springs that are not linear.
+        """
+        from aeroflutter.model.lure import SectionFamily, SpringFamily
+
+        outside = outputs(self.springs)
+        if len(outside) > 1:
+            places = " and ".join(item.at for item in outside)
+            raise InputError(
+                [f"spring: there are {len(outside)} that are not linear ({places}); this takes one"]
+            )
+        model = self.model()
+        if (model.springs, model.stiffness, model.linear) == (("pitch",), (1.0,), {}):
+            return SectionFamily(self.section, self.aerodynamics)
+        return SpringFamily(model)
 
     def replace(self, key: str, value: Any) -> Case:
         """The case with one key changed, as in ``case.replace("section.zeta_alpha", 0.02)``."""
@@ -99,6 +152,11 @@ class Case:
             If the result is no valid case.
         """
         return build_case(parse_case(self.text, self.source), self.source, overrides)
+
+
+def outputs(springs: Sequence[PlacedSpring]) -> list[PlacedSpring]:
+    """The springs that stand outside of the linear system: those that are not linear, or one."""
+    return [item for item in springs if item.spring.kind != "linear"] or list(springs[:1])
 
 
 def load_case(
@@ -145,12 +203,13 @@ def build_case(
         title=title,
         section=built.section,
         aerodynamics=built.aerodynamics,
-        spring=built.spring,
-        initial=InitialMotion(
-            alpha=math.radians(motion["alpha_deg"]),
-            alpha_rate=math.radians(motion["alpha_rate_deg"]),
-            xi=motion["xi"],
-            xi_rate=motion["xi_rate"],
+        spring=outputs(built.springs)[0].spring,
+        springs=built.springs,
+        initial=(InitialMotion if built.section.flap is None else FlapMotion)(
+            **{
+                name.removesuffix("_deg"): math.radians(value) if name.endswith("_deg") else value
+                for name, value in motion.items()
+            }
         ),
         text=dump_case(built.tables | {"title": title}),
         source=label,

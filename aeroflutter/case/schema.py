@@ -7,9 +7,10 @@ that `aeroflutter init` writes, so that a key is described in one place only.
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic.config import JsonDict
 
 LARGEST = 1e12
@@ -58,6 +59,21 @@ class Dimensional(Table):
     omega_h: Number | None = key(POSITIVE, "or: uncoupled heave frequency, rad/s", None, "40.0")
     K_alpha: Number | None = key(POSITIVE, "pitch stiffness, N/rad", None, "939.5")
     omega_alpha: Number | None = key(POSITIVE, "or: uncoupled pitch frequency, rad/s", None, "50.0")
+    m_heave: Number | None = key(
+        "a number, m or larger",
+        "mass that heaves, supports included, kg/m; m by default",
+        None,
+        "24.05",
+    )
+    c_h: Number | None = key(
+        NOT_NEGATIVE, "or: damper in heave, N s/m^2, in place of zeta_xi", None, "10.0"
+    )
+    c_alpha: Number | None = key(
+        NOT_NEGATIVE, "or: damper in pitch, N s, in place of zeta_alpha", None, "0.1"
+    )
+    c_beta: Number | None = key(
+        NOT_NEGATIVE, "or: damper of the flap, N s, in place of zeta_beta", None, "0.001"
+    )
     a_h: Number | None = key(NUMBER, "as in [section]", None)
     zeta_alpha: Number | None = key(NOT_NEGATIVE, "as in [section]", None)
     zeta_xi: Number | None = key(NOT_NEGATIVE, "as in [section]", None)
@@ -66,6 +82,9 @@ class Dimensional(Table):
 _AXIS = key(NUMBER, "elastic axis behind mid-chord, in semi-chords", -0.5)
 _PITCH_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of pitch", 0.0)
 _HEAVE_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of heave", 0.0)
+_DAMPING = key(
+    '"coordinate" or "modal"', 'whose ratios these are; "modal": of the coupled modes', "coordinate"
+)
 
 
 class Section(Table):
@@ -84,6 +103,10 @@ class Section(Table):
     )
     zeta_alpha: Number = _PITCH_DAMPING
     zeta_xi: Number = _HEAVE_DAMPING
+    damping: Literal["coordinate", "modal"] = _DAMPING
+    heave_mass: Number = key(
+        "a number, one or larger", "mass that heaves, supports included, over m", 1.0
+    )
 
 
 class DimensionalSection(Table):
@@ -92,6 +115,41 @@ class DimensionalSection(Table):
     a_h: Number = _AXIS
     zeta_alpha: Number = _PITCH_DAMPING
     zeta_xi: Number = _HEAVE_DAMPING
+    damping: Literal["coordinate", "modal"] = _DAMPING
+
+
+_HINGE = key("a number between -1 and 1", "hinge behind mid-chord, in semi-chords", example="0.5")
+_FLAP_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of the flap", 0.0)
+
+
+class FlapKeys(Table):
+    """`[flap]`: a trailing-edge flap, nondimensional."""
+
+    hinge: Number = _HINGE
+    x_beta: Number = key(NUMBER, "static moment about the hinge over m b", example="0.0125")
+    r_beta: Number = key(
+        POSITIVE,
+        "radius of gyration sqrt(I_beta/m), semi-chords",
+        example="0.08",
+    )
+    omega_beta: Number = key(POSITIVE, "uncoupled flap over pitch frequency", example="4.0")
+    zeta_beta: Number = _FLAP_DAMPING
+
+
+class DimensionalFlap(Table):
+    """`[flap.si]`: the flap per unit span in SI units."""
+
+    S_beta: Number = key(NUMBER, "static moment of the flap about its hinge, kg", example="0.075")
+    I_beta: Number = key(POSITIVE, "its moment of inertia about the hinge, kg m", example="0.0096")
+    K_beta: Number | None = key(POSITIVE, "hinge stiffness, N/rad", None, "385.0")
+    omega_beta: Number | None = key(POSITIVE, "or: uncoupled flap frequency, rad/s", None, "200.0")
+
+
+class FlapBesideSI(Table):
+    """`[flap]` beside a table `[flap.si]`: what that one does not say."""
+
+    hinge: Number = _HINGE
+    zeta_beta: Number = _FLAP_DAMPING
 
 
 class QuasiSteadyKeys(Table):
@@ -183,6 +241,13 @@ class Initial(Table):
     xi_rate: Number = key(NUMBER, "heave rate, semi-chords per unit of tau", 0.0)
 
 
+class FlapInitial(Initial):
+    """`[initial]` of a section with a flap."""
+
+    beta_deg: Number = key(NUMBER, "flap angle, degrees (trailing edge down is positive)", 0.0)
+    beta_rate_deg: Number = key(NUMBER, "flap rate, degrees per unit of tau", 0.0)
+
+
 AERODYNAMICS: dict[str, type[Table]] = {"wagner": WagnerKeys, "quasi-steady": QuasiSteadyKeys}
 
 SPRINGS: dict[str, type[Table]] = {
@@ -194,11 +259,37 @@ SPRINGS: dict[str, type[Table]] = {
     "hysteresis": HysteresisKeys,
 }
 
+_NAMES_IN_HEAVE = {"pitch_deg": "displacement", "moment_deg": "force"}
+
+
+def name_in_heave(name: str) -> str:
+    """Key of a spring in heave: it is no angle, so nothing is in degrees."""
+    return _NAMES_IN_HEAVE.get(name, name.removesuffix("_deg"))
+
+
+def _in_heave(model: type[Table]) -> type[Table]:
+    """Keys of a kind of spring where it is one in heave, in semi-chords."""
+    fields: dict[str, Any] = {}
+    for name, field in model.model_fields.items():
+        info = copy(field)
+        words = (field.description or "").replace("degrees", "semi-chords")
+        info.description = words.replace("pitch", "heave").replace("moment", "force")
+        fields[name_in_heave(name)] = (field.annotation, info)
+    made: type[Table] = create_model(
+        f"{model.__name__}InHeave", __base__=Table, __doc__=model.__doc__, **fields
+    )
+    return made
+
+
+SPRINGS_IN_HEAVE = {kind: _in_heave(model) for kind, model in SPRINGS.items()}
+
 TABLES: dict[str, tuple[type[Table], ...]] = {
     "section": (Section,),
     "section.si": (Dimensional,),
+    "flap": (FlapKeys,),
+    "flap.si": (DimensionalFlap,),
     "aerodynamics": tuple(AERODYNAMICS.values()),
     "spring": tuple(SPRINGS.values()),
-    "initial": (Initial,),
+    "initial": (FlapInitial,),
 }
 """Where every key may stand, to say where a misplaced one belongs."""

@@ -116,7 +116,9 @@ def apply_overrides(tables: dict[str, Any], overrides: Mapping[str, Any]) -> dic
     """Tables with some keys replaced, each named by its dotted path.
 
     A new `spring.kind` or `aerodynamics.model` starts its table afresh, since the other keys
-    belonged to the old one.
+    belonged to the old one; where a spring is, and what it weighs, stay. Of several springs one is
+    named by its coordinate, or by its number from 0 on where that is not enough:
+    `spring.flap.gap_deg`, `spring.0.gap_deg`.
 
     Raises
     ------
@@ -125,34 +127,69 @@ def apply_overrides(tables: dict[str, Any], overrides: Mapping[str, Any]) -> dic
     """
     result = _copy(tables)
     problems = []
-    for path in ("spring.kind", "aerodynamics.model"):
-        name, tag = path.split(".")
-        old = result.get(name)
-        if path in overrides and isinstance(old, dict) and old.get(tag) != overrides[path]:
-            result[name] = {}
-    for path, value in overrides.items():
-        problem = _assign(result, path, plain(value))
-        if problem:
-            problems.append(problem)
+    for path, value in sorted(overrides.items(), key=lambda item: not _is_tag(item[0])):
+        *folders, last = path.split(".")
+        if not all(_BARE_KEY.fullmatch(part) for part in (*folders, last)):
+            problems.append(f"{one_line(path)}: is no key; write it as in section.mu")
+            continue
+        table = _table(result, folders)
+        if isinstance(table, str):
+            problems.append(f"{path}: {table}")
+            continue
+        if _is_tag(path) and table.get(last) != value:
+            _clear(table)
+        table[last] = plain(value)
     if problems:
         raise InputError(problems)
     return result
 
 
-def _assign(tables: dict[str, Any], path: str, value: Any) -> str | None:
-    *folders, last = path.split(".")
-    if not all(_BARE_KEY.fullmatch(part) for part in (*folders, last)):
-        return f"{one_line(path)}: is no key; write it as in section.mu"
+def _table(tables: dict[str, Any], folders: list[str]) -> dict[str, Any] | str:
+    """The table that a path leads to, made where it is not there, or why there is none."""
+    if folders[:1] == ["spring"] and tables.get("spring"):
+        return _spring(tables["spring"], folders[1:])
     table: Any = tables
     for depth, part in enumerate(folders):
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
-            return f"{path}: {'.'.join(folders[: depth + 1])} is not a table"
-    table[last] = value
-    return None
+            return f"{'.'.join(folders[: depth + 1])} is not a table"
+    found: dict[str, Any] = table
+    return found
+
+
+def _spring(springs: Any, name: list[str]) -> dict[str, Any] | str:
+    """The table of one spring, by its coordinate or number, or the only one."""
+    entries = springs if isinstance(springs, list) else [springs]
+    if not all(isinstance(entry, dict) for entry in entries):
+        return "spring is not a table"
+    places = [str(entry.get("at", "pitch")) for entry in entries]
+    known = [at if places.count(at) == 1 else str(i) for i, at in enumerate(places)]
+    if len(name) > 1 or (name and name[0] not in (*known, *map(str, range(len(known))))):
+        return f"is no spring; those there are: {', '.join(f'spring.{k}' for k in known)}"
+    if not name and len(entries) > 1:
+        return f"there are {len(entries)} springs; name one, as in spring.{known[0]}"
+    number = 0
+    if name:
+        number = known.index(name[0]) if name[0] in known else int(name[0])
+    found: dict[str, Any] = entries[number]
+    return found
+
+
+def _is_tag(path: str) -> bool:
+    """Whether the other keys of a table depend on this one."""
+    parts = path.split(".")
+    return (parts[0], parts[-1]) in (("spring", "kind"), ("aerodynamics", "model"))
+
+
+def _clear(table: dict[str, Any]) -> None:
+    """Another kind or model has other keys; where a spring is, and what it weighs, stay."""
+    for key in [key for key in table if key not in ("at", "stiffness")]:
+        del table[key]
 
 
 def _copy(value: Any) -> Any:
+    if isinstance(value, list) and _is_table(value):
+        return [_copy(item) for item in value]
     return {k: _copy(v) for k, v in value.items()} if isinstance(value, dict) else value
 
 
@@ -185,12 +222,22 @@ def parse_override(text: str) -> tuple[str, Any]:
 
 
 def dump_case(tables: Mapping[str, Any]) -> str:
-    """TOML text of validated tables: scalars and lists of numbers, at most two levels deep."""
-    lines = [f"{name} = {_literal(v)}" for name, v in tables.items() if not isinstance(v, dict)]
+    """TOML text of validated tables: scalars, lists of numbers and of tables, two levels deep."""
+    lines = [f"{name} = {_literal(v)}" for name, v in tables.items() if not _is_table(v)]
     for name, table in tables.items():
         if isinstance(table, dict):
             lines += _dump_table(name, table)
+        elif _is_table(table):
+            for entry in table:
+                lines += [f"[[{name}]]", *(f"{k} = {_literal(v)}" for k, v in entry.items())]
     return "\n".join(lines) + "\n"
+
+
+def _is_table(value: Any) -> bool:
+    """Whether a value is a table, or a list of them."""
+    return isinstance(value, dict) or (
+        isinstance(value, list) and bool(value) and all(isinstance(v, dict) for v in value)
+    )
 
 
 def _dump_table(name: str, table: Mapping[str, Any]) -> list[str]:

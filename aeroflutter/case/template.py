@@ -30,6 +30,8 @@ def template(kind: str = "hysteresis", *, dimensional: bool = False) -> str:
             "",
             *_section(dimensional),
             "",
+            *_flap(),
+            "",
             "[aerodynamics]",
             '# model = "quasi-steady"'.ljust(_WIDTH) + "# lift without lag; or:",
             *_keys(schema.WagnerKeys, 'model = "wagner"'),
@@ -39,6 +41,7 @@ def template(kind: str = "hysteresis", *, dimensional: bool = False) -> str:
             "",
             f"[initial]{'':<{_WIDTH - 9}}# the motion at tau = 0",
             *_keys(schema.Initial),
+            *(f"# {line}" for line in _keys(schema.FlapInitial, leave=schema.Initial.model_fields)),
             "",
         ]
     )
@@ -59,7 +62,21 @@ def _section(dimensional: bool) -> Iterator[str]:
         yield f"# {line}" if "# or: " in line or not dimensional else line
 
 
+def _flap() -> Iterator[str]:
+    yield "# A trailing-edge flap; with [section.si], [flap.si] may take the place of all but"
+    yield "# hinge and zeta_beta."
+    yield "# [flap]"
+    yield from (f"# {line}" for line in _keys(schema.FlapKeys))
+    yield "# [flap.si]"
+    yield from (f"# {line}" for line in _keys(schema.DimensionalFlap))
+
+
 def _springs(kind: str) -> Iterator[str]:
+    for line in (
+        'at = "pitch"'.ljust(_WIDTH) + '# or "heave" (semi-chords: keys without _deg), "flap"',
+        "stiffness = 1.0".ljust(_WIDTH) + "# of its unit slope, over the nominal stiffness",
+    ):
+        yield f"# {line}"
     yield from _keys(schema.SPRINGS[kind], f'kind = "{kind}"')
     for other, model in schema.SPRINGS.items():
         if other != kind:
@@ -77,6 +94,7 @@ def _keys(model: type[schema.Table], tag: str = "", leave: Collection[str] = ())
         about = schema.metadata(model, name)
         default = field.default
         given = default is PydanticUndefined or default is None
-        line = f"{name} = {about['example'] if given else default}"
+        value = about["example"] if given else default
+        line = f"{name} = {value}" if given or not isinstance(value, str) else f'{name} = "{value}"'
         note = "; must be given" if default is PydanticUndefined else ""
         yield f"{line:<{_WIDTH}}# {about['meaning']}{note}"

@@ -46,7 +46,7 @@ ENGINES = ("auto", "exact", "houbolt")
 CRITERIA = ("scale-free", "thesis")
 DURATION = 20_000.0  # τ, where none is given
 MOST_SAMPLES = 2_000_000  # kept of one march; longer ones are sampled more sparsely
-MOTION = ("alpha", "alpha_rate", "xi", "xi_rate")
+MOTION = ("alpha", "alpha_rate", "xi", "xi_rate", "beta", "beta_rate")
 
 
 def _empty(*shape: int) -> NDArray[np.float64]:
@@ -59,13 +59,13 @@ class Initial:
 
     Parameters
     ----------
-    alpha, alpha_rate, xi, xi_rate
-        Pitch (rad), heave ξ = h/b and their rates per unit τ; lag states start at zero, which is
-        the Wagner integral's own initial condition. They are matched with the names of the
-        system's states.
+    alpha, alpha_rate, xi, xi_rate, beta, beta_rate
+        Pitch (rad), heave ξ = h/b, flap angle (rad) and their rates per unit τ; lag states start at
+        zero, which is the Wagner integral's own initial condition. They are matched with the names
+        of the system's states.
     state
         All states at once, shape (n,), in the order of the system; for systems from elsewhere,
-        and to go on from the end of another run. Excludes the four above.
+        and to go on from the end of another run. Excludes those above.
     memory
         Memory of the spring; None takes `spring.initial_memory(c x)`.
     """
@@ -74,6 +74,8 @@ class Initial:
     alpha_rate: float = 0.0
     xi: float = 0.0
     xi_rate: float = 0.0
+    beta: float = 0.0
+    beta_rate: float = 0.0
     state: ArrayLike | None = None
     memory: float | None = None
 
@@ -89,7 +91,7 @@ class Initial:
             if not np.all(np.isfinite(np.asarray(self.state, dtype=float))):
                 problems.append("initial.state: holds NaN or infinity; give finite states")
             if any(getattr(self, name) != 0.0 for name in MOTION):
-                problems.append("initial.state: excludes alpha, alpha_rate, xi, xi_rate; drop one")
+                problems.append(f"initial.state: excludes {', '.join(MOTION)}; drop one")
         if problems:
             raise InputError(problems)
 

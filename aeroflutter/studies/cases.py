@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
-from aeroflutter.model.lure import LureSystem, SectionFamily
+from aeroflutter.model.lure import LureFamily, LureSystem
 from aeroflutter.motion.response import Initial
 from aeroflutter.studies.maps import Axis, Grid, Group
 from aeroflutter.studies.maps.cells import started
@@ -27,6 +27,8 @@ MOTION = {
     "initial.alpha_rate_deg": "alpha_rate",
     "initial.xi": "xi",
     "initial.xi_rate": "xi_rate",
+    "initial.beta_deg": "beta",
+    "initial.beta_rate_deg": "beta_rate",
 }
 CHECKED = 16  # values of an axis tried before a map begins
 
@@ -139,14 +141,14 @@ def _native(key: str, values: Array) -> Array:
 @functools.lru_cache(maxsize=4096)
 def changed_case(
     text: str, source: str, changed: tuple[tuple[str, float], ...]
-) -> tuple[Case, SectionFamily, Callable[[], float]]:
+) -> tuple[Case, LureFamily, Callable[[], float]]:
     """The changed case, its family, and its linear flutter speed as a function, computed once."""
     case = load_case(parse_case(text, source), dict(changed))
     family = case.family()
     return case, family, functools.cache(functools.partial(_flutter, case, family))
 
 
-def _flutter(case: Case, family: SectionFamily) -> float:
+def _flutter(case: Case, family: LureFamily) -> float:
     from aeroflutter.linear.rootlocus import flutter_speed
 
     speed = flutter_speed(family)

@@ -1,0 +1,131 @@
+"""The springs of a case: one table [spring], or several [[spring]], each in a coordinate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from aeroflutter import springs
+from aeroflutter.case import schema
+from aeroflutter.case.check import CheckedTable, check_variant, show
+from aeroflutter.model.equations import COORDINATES
+
+__all__ = ["PlacedSpring", "PlacedSprings", "build_springs"]
+
+SPRINGS: dict[str, Callable[..., springs.Spring]] = {
+    "linear": springs.Linear,
+    "cubic": springs.Cubic,
+    "table": springs.Table,
+    "bilinear": springs.Bilinear,
+    "freeplay": springs.Freeplay,
+    "hysteresis": springs.Hysteresis,
+}
+
+_FIELDS = {"moment_deg": "moments", "displacement": "pitch", "force": "moments"}
+"""Fields of springs that are not their key without `_deg`."""
+
+
+class PlacedSpring(NamedTuple):
+    """A spring, its coordinate, and what its unit slope is worth over the nominal stiffness."""
+
+    spring: springs.Spring
+    at: str = "pitch"
+    stiffness: float = 1.0
+
+
+@dataclass(frozen=True)
+class PlacedSprings:
+    """All springs of a case, their tables completed, and what is wrong with them."""
+
+    springs: tuple[PlacedSpring, ...]
+    values: dict[str, Any] | list[dict[str, Any]]
+    problems: list[str]
+
+
+def build_springs(given: Any, with_flap: bool) -> PlacedSprings:
+    """The springs that `spring` of a case describes, a table or a list of tables."""
+    if not isinstance(given, list):
+        placed, table = _build("spring", given, with_flap)
+        return PlacedSprings((placed,) if placed else (), table.values, table.problems)
+    if not given:
+        return PlacedSprings((), [], ["spring: is an empty list; give a table [spring]"])
+    names = _names(given)
+    built = [_build(name, one, with_flap) for name, one in zip(names, given, strict=True)]
+    return PlacedSprings(
+        tuple(placed for placed, _ in built if placed),
+        [table.values for _, table in built],
+        [problem for _, table in built for problem in table.problems],
+    )
+
+
+def _names(entries: list[Any]) -> list[str]:
+    """How each spring is spoken of: by its coordinate, by its number where it shares that one."""
+    if len(entries) == 1:
+        return ["spring"]
+    places = [entry.get("at", "pitch") if isinstance(entry, dict) else None for entry in entries]
+    return [
+        f"spring.{at}" if isinstance(at, str) and places.count(at) == 1 else f"spring.{i}"
+        for i, at in enumerate(places)
+    ]
+
+
+def _build(name: str, given: Any, with_flap: bool) -> tuple[PlacedSpring | None, CheckedTable]:
+    if not isinstance(given, dict):
+        return None, check_variant(name, "kind", schema.SPRINGS, given)
+    place = {key: given[key] for key in ("at", "stiffness") if key in given}
+    problems = _place_problems(name, place, with_flap)
+    heave = place.get("at") == "heave"
+    variants = schema.SPRINGS_IN_HEAVE if heave else schema.SPRINGS
+    rest = {key: value for key, value in given.items() if key not in place}
+    spring, table = _law(name, variants, rest)
+    table.problems[:0] = problems
+    if spring is None or table.problems:
+        return None, table
+    table.values = place | table.values
+    return PlacedSpring(spring, place.get("at", "pitch"), float(place.get("stiffness", 1.0))), table
+
+
+def _place_problems(name: str, place: Mapping[str, Any], with_flap: bool) -> list[str]:
+    problems = []
+    at, stiffness = place.get("at", "pitch"), place.get("stiffness", 1.0)
+    if not isinstance(at, str) or at not in COORDINATES:
+        allowed = ", ".join(f'"{known}"' for known in ("pitch", "heave", "flap"))
+        problems.append(f"{name}.at: must be one of {allowed}, not {show(at)}")
+    elif at == "flap" and not with_flap:
+        problems.append(f'{name}.at: "flap" needs a flap; add a table [flap]')
+    number = isinstance(stiffness, int | float) and not isinstance(stiffness, bool)
+    if not (number and 0 < stiffness <= schema.LARGEST):
+        problems.append(f"{name}.stiffness: must be {schema.POSITIVE}, not {show(stiffness)}")
+    return problems
+
+
+def _law(
+    label: str, variants: Mapping[str, type[schema.Table]], given: dict[str, Any]
+) -> tuple[springs.Spring | None, CheckedTable]:
+    table = check_variant(label, "kind", variants, given)
+    kind = table.values.get("kind")
+    if kind is None:
+        return None, table
+    names = [name for name in variants[kind].model_fields if name != "kind"]
+    values = {name: value for name, value in table.values.items() if name in names}
+    count = max((len(v) for v in values.values() if isinstance(v, list)), default=0)
+    stand_in = list(range(count)) if kind == "table" else 1.0
+    values |= {name: stand_in for name in names if name in table.wrong}
+    keys = {_field(name): f"{label}.{name}" for name in names}
+    # Piecewise-linear laws are scale-free: built in degrees first, they complain in degrees.
+    table.build(SPRINGS[kind], {_field(n): value for n, value in values.items()}, keys)
+    if table.problems:
+        return None, table
+    return SPRINGS[kind](**{_field(n): _radians(n, value) for n, value in values.items()}), table
+
+
+def _field(key: str) -> str:
+    return _FIELDS.get(key, key.removesuffix("_deg"))
+
+
+def _radians(key: str, value: Any) -> Any:
+    if not key.endswith("_deg"):
+        return value
+    return [math.radians(v) for v in value] if isinstance(value, list) else math.radians(value)
