@@ -116,9 +116,9 @@ def test_springs_in_their_coordinates() -> None:
     other = case.with_overrides({"spring.heave.gap": 3.0, "spring.flap.kind": "linear"})
     assert other.springs[1] == (Linear(), "flap", 0.8)
     assert other.family().at(2.0).name == "heave"
-    with pytest.raises(InputError, match="spring.gap: there are 3 springs; name one"):
+    with pytest.raises(InputError, match=r"spring.gap: there are 3 springs; name one"):
         case.replace("spring.gap", 1.0)
-    with pytest.raises(InputError, match="is no spring; those there are: spring.heave"):
+    with pytest.raises(InputError, match=r"is no spring; those there are: spring.heave"):
         case.replace("spring.3.gap", 1.0)
 
 

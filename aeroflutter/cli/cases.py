@@ -23,7 +23,7 @@ def cases(
         return
     show_table(
         ("case", "omega_bar", "spring", "title"),
-        [(row["name"], row["omega_bar"], row["spring"]["kind"], row["title"]) for row in rows],
+        [(row["name"], row["omega_bar"], _kinds(row["spring"]), row["title"]) for row in rows],
     )
 
 
@@ -31,10 +31,19 @@ def _row(name: str) -> dict[str, Any]:
     from aeroflutter.case import load_case
 
     case = load_case(name)
+    spring = case.tables["spring"]
     return {
         "name": name,
         "title": case.title,
         "omega_bar": case.section.omega_bar,
         "mu": case.section.mu,
-        "spring": case.tables["spring"],
+        "spring": spring[0] if isinstance(spring, list) and len(spring) == 1 else spring,
     }
+
+
+def _kinds(spring: dict[str, Any] | list[dict[str, Any]]) -> str:
+    springs = spring if isinstance(spring, list) else [spring]
+    return ", ".join(
+        item["kind"] + (f" ({item['at']})" if item.get("at", "pitch") != "pitch" else "")
+        for item in springs
+    )

@@ -41,16 +41,24 @@ def _facts(case: Case) -> dict[str, Any]:
         name: getattr(case.section, name)
         for name in ("mu", "a_h", "x_alpha", "r_alpha", "omega_bar", "zeta_alpha", "zeta_xi")
     }
+    if case.section.heave_mass != 1.0:
+        section["heave_mass"] = case.section.heave_mass
+    if case.section.damping != "coordinate":
+        section["damping"] = case.section.damping
     facts["section"] = _listed(section)
     if case.section.scale:
         facts["scale"] = (
             f"b = {shown(case.section.scale.b)} m, "
             f"omega_alpha = {shown(case.section.scale.omega_alpha)} rad/s"
         )
+    if case.section.flap:
+        facts["flap"] = _listed(vars(case.section.flap))
     for name in ("aerodynamics", "spring", "initial"):
         facts[name] = _listed(case.tables[name])
     return facts
 
 
-def _listed(table: dict[str, Any]) -> str:
+def _listed(table: dict[str, Any] | list[dict[str, Any]]) -> str:
+    if isinstance(table, list):
+        return "; ".join(map(_listed, table))
     return ", ".join(f"{name} = {shown(value)}" for name, value in table.items())
