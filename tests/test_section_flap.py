@@ -6,6 +6,7 @@ span; Dimitriadis, AIAA 2011-2142, the same section's speeds. Jones's terms for 
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
@@ -14,6 +15,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from aeroflutter.case.case import load_case
+from aeroflutter.cli import main
 from aeroflutter.errors import InputError
 from aeroflutter.generated import flap as with_flap
 from aeroflutter.generated import section as without_flap
@@ -23,6 +26,8 @@ from aeroflutter.model.equations import wind_off
 from aeroflutter.model.family import SectionModel
 from aeroflutter.model.lure import SectionFamily, SpringFamily
 from aeroflutter.model.section import Flap, FlapSI, TypicalSection
+from aeroflutter.motion import simulate
+from aeroflutter.motion.response import Initial, SimulateOptions
 
 SI = {
     "m": 1.558,
@@ -340,3 +345,54 @@ def test_sections_that_cannot_be(change, message):
 def test_si_quantities_that_do_not_fit(section, flap, message):
     with pytest.raises(InputError, match=message):
         TypicalSection.from_si(**{**SI, **section}, flap=FlapSI(**{**FLAP_SI, **flap}))
+
+
+@pytest.mark.parametrize(
+    ("velocity", "amplitude"), [(6.0, 0.02220), (7.184, 0.02269), (18.0, 0.03216), (21.0, 0.03229)]
+)
+def test_cycles_of_a_loose_flap(velocity, amplitude):
+    """Stable cycles of Dimitriadis's figure 8, in rad for a gap of ± 1 degree.
+
+    Read off its vector graphics to 2e-5 rad and 0.005 m/s, and the cycle scales with the gap.
+    """
+    case = load_case("conner")
+    system = case.family().at(case.section.scale.speed(velocity))
+    start = Initial(**case.initial._asdict())
+    end = simulate(system, case.spring, start, SimulateOptions(record=False))
+    assert end.state == "lco"
+    assert end.amplitude / 2.12 == pytest.approx(amplitude, abs=4e-5)
+
+
+def test_houbolt_marches_a_flap():
+    """The exact engine's amplitude, from second-order matrices, to the order of the scheme."""
+    case = load_case("conner")
+    system = case.family().at(case.section.scale.speed(7.184))
+    start = Initial(**case.initial._asdict())
+    exact = simulate(system, case.spring, start, SimulateOptions(record=False))
+    errors = []
+    for dt in (0.04, 0.02):
+        options = SimulateOptions(engine="houbolt", dt=dt, record=False)
+        found = simulate(system, case.spring, start, options)
+        assert found.state == "lco"
+        errors.append(abs(found.amplitude - exact.amplitude) / exact.amplitude)
+    assert errors[0] < 2e-3
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_command_line_speaks_of_the_flap(capsys):
+    assert _json(capsys, "rootlocus", "conner")["flutter"]["velocity_m_s"] == pytest.approx(
+        23.947, abs=5e-4
+    )
+    shown = _json(capsys, "validate", "conner")["case"]
+    assert shown["spring"][0]["at"] == "flap"
+    main(["validate", "conner"])
+    assert "hinge = 0.5" in capsys.readouterr().out
+    heave = ["--set", "spring.at=heave", "--set", "spring.kind=linear"]
+    assert "crossings" in _json(capsys, "rootlocus", "run14", *heave)
+    assert main(["df", "run14", *heave]) == 2
+    assert 'spring.at: amplitudes are reported in degrees, which "heave"' in capsys.readouterr().err
+
+
+def _json(capsys, *words):
+    main([*words, "--json"])
+    return json.loads(capsys.readouterr().out)

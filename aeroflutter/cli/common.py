@@ -54,12 +54,24 @@ class CaseOptions:
         ),
     ] = field(default_factory=list)
 
-    def load(self, name: str) -> Case:
-        """The case with the changes of `--set`."""
+    def load(self, name: str, *, angle: bool = True) -> Case:
+        """The case with the changes of `--set`.
+
+        Raises
+        ------
+        InputError
+            If it is no case, or `angle` is asked for and its nonlinear spring is not in one.
+        """
         from aeroflutter.case import load_case
         from aeroflutter.case.source import parse_override
 
-        return load_case(name, dict(map(parse_override, self.set)))
+        case = load_case(name, dict(map(parse_override, self.set)))
+        if angle and case.model().units[0] != "rad":
+            raise InputError(
+                f'{case.source}: spring.at: amplitudes are reported in degrees, which "heave" has '
+                "not; the Python interface takes it"
+            )
+        return case
 
 
 @Parameter(name="*")

@@ -43,7 +43,7 @@ def rootlocus(
     from aeroflutter.results import fields_of, to_dataset
 
     output.check()
-    loaded = options.load(case)
+    loaded = options.load(case, angle=False)
     settings = RootLocusOptions(stiffness=stiffness, low=low, high=high)
     shown = None if speeds is None else numbers("--speeds", speeds)
     result = root_locus(loaded.family(), settings, speeds=shown)

@@ -23,7 +23,7 @@ def validate(
     Every problem is reported at once, one line each, on stderr; the exit code is then 2.
     """
     try:
-        loaded = options.load(case)
+        loaded = options.load(case, angle=False)
     except InputError as error:
         if json:
             print_json({"valid": False, "problems": error.problems})
