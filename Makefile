@@ -81,7 +81,7 @@ COMPILE = $(UV) pip compile --quiet --python-version 3.11 --universal --generate
 	--custom-compile-command "make lock"
 lock: ## pin the requirements again (needs uv)
 	$(COMPILE) pyproject.toml --extra derive --extra test --extra lint --extra build --extra docs \
-		--extra report --extra cluster --output-file requirements/dev.txt
+		--extra report --extra cluster --extra certify --output-file requirements/dev.txt
 	$(COMPILE) pyproject.toml --constraint requirements/dev.txt --output-file requirements/runtime.txt
 	$(COMPILE) pyproject.toml --constraint requirements/dev.txt --extra reference \
 		--output-file requirements/reference.txt

@@ -1,0 +1,7 @@
+"""Where nothing can oscillate: a search, its certificate, and a checker that trusts neither."""
+
+from aeroflutter.guarantees.absence.certificate import Certificate, Piece
+from aeroflutter.guarantees.absence.interval import Absence, absence, absence_at
+from aeroflutter.guarantees.absence.law import Uncovered, concerns
+
+__all__ = ["Absence", "Certificate", "Piece", "Uncovered", "absence", "absence_at", "concerns"]

@@ -1,0 +1,261 @@
+"""Over which speeds nothing can oscillate: pieces of an interval, each with its multiplier."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aeroflutter.guarantees.absence.certificate import Certificate, Piece
+from aeroflutter.guarantees.absence.law import law_of, model_of, only_bounded, slopes_of
+from aeroflutter.guarantees.absence.search import Multipliers
+from aeroflutter.model.lure import LureFamily
+from aeroflutter.springs import Spring
+
+__all__ = ["Absence", "absence", "absence_at"]
+
+_SAMPLES = 400  # speeds at which the linear section is looked at
+_RESOLVED = 1e-4  # of the highest speed
+_BACK_OFF = (0.0, 1e-5, 1e-4, 1e-3, 1e-2)  # of a speed that the checker does not grant
+_DOWN_TO = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1)  # of the first piece's upper end
+_MOST_BOXES = 300_000  # a piece that takes more is made smaller
+_TRIES = 5  # cutting planes from the checker
+_NARROWEST = 1e-3  # a piece of this relative width is not halved again
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Absence:
+    """Where nothing oscillates.
+
+    Attributes
+    ----------
+    low, high
+        Every speed U > 0 with low ≤ U ≤ high; both NaN where nothing is proved.
+    certified
+        Whether the checker has proved it; else the condition has only been sampled.
+    certificate
+        The proof; None where there is none.
+    stable_below
+        Speed below which the section with the stiffest slope is stable: no proof reaches further.
+    boxes
+        What the checker had to look at.
+    notes
+        What a reader should know.
+    """
+
+    low: float
+    high: float
+    certified: bool
+    certificate: Certificate | None
+    stable_below: float
+    boxes: int
+    notes: tuple[str, ...]
+
+
+def absence(family: LureFamily, spring: Spring) -> Absence:
+    """The longest interval of speeds found for which no motion can go on oscillating.
+
+    Parameters
+    ----------
+    family
+        A section at every speed.
+    spring
+        A hysteresis loop, or a law without memory whose slopes are bounded.
+
+    Returns
+    -------
+    Absence
+        For every start, starting memory and steady load.
+
+    Raises
+    ------
+    Uncovered
+        If the spring or the model is none that the proof covers; the message says which.
+
+    References
+    ----------
+    docs/theory/absence.md: the theorem, its proof and its relatives.
+
+    Examples
+    --------
+    >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+    >>> free = absence(SectionFamily(TypicalSection(omega_bar=0.8)), Hysteresis(1.0, 0.2))
+    >>> free.high > 0.921 * 4.11454
+    True
+    """
+    prover = _Prover(family, spring)
+    stable = prover.stable_below()
+    pieces = prover.first(stable)
+    if pieces:
+        pieces += prover.above(pieces[-1].high, stable)
+    return prover.result(pieces, stable)
+
+
+def absence_at(family: LureFamily, spring: Spring, speed: float) -> Absence:
+    """Whether no motion can go on oscillating at one speed; as `absence`."""
+    prover = _Prover(family, spring)
+    piece = prover.piece(speed, speed)
+    return prover.result([] if piece is None else [piece], float("nan"))
+
+
+def load_checker() -> ModuleType | None:
+    """The checker; None where python-flint is missing."""
+    try:
+        from aeroflutter.guarantees.absence import checker
+    except ImportError:
+        return None
+    return checker
+
+
+class _Prover:
+    """The search and the checker, working on one case."""
+
+    def __init__(self, family: LureFamily, spring: Spring) -> None:
+        self.family, self.spring = family, spring
+        self.law, self.model = law_of(spring), model_of(family)
+        self.multipliers = Multipliers(self.law)
+        self.boxes = 0
+        self.checker = load_checker()
+
+    def result(self, pieces: Sequence[Piece], stable: float) -> Absence:
+        notes = []
+        if self.checker is None:
+            notes.append(
+                "not certified: that takes python-flint (pip install aeroflutter[certify])"
+            )
+        if only_bounded(self.spring):
+            notes.append("said of motions that stay bounded: the spring is softer far out")
+        certificate = None
+        if pieces:
+            certificate = Certificate(model=self.model, spring=self.law, pieces=tuple(pieces))
+        low, high = certificate.speeds if certificate else (float("nan"), float("nan"))
+        return Absence(
+            low=low,
+            high=high,
+            certified=bool(pieces) and self.checker is not None,
+            certificate=certificate,
+            stable_below=stable,
+            boxes=self.boxes,
+            notes=tuple(notes),
+        )
+
+    def refused(self, piece: Piece) -> Exception | None:
+        """Why the checker refuses a piece; None where it does not, or is not there."""
+        if self.checker is None:
+            return None
+        try:
+            claim = Certificate(model=self.model, spring=self.law, pieces=(piece,))
+            self.boxes += self.checker.check(claim, _MOST_BOXES).boxes
+        except self.checker.Refused as refused:
+            return refused
+        return None
+
+    def stable_below(self) -> float:
+        """The lowest speed at which the section with the stiffest slope is not damped."""
+        q = slopes_of(self.law)[1]
+
+        def growth(speeds: ArrayLike) -> NDArray[np.float64]:
+            A, b = self.family.stack(speeds)
+            closed = A - q * b[..., :, None] * self.family.c
+            return np.asarray(np.linalg.eigvals(closed).real.max(axis=-1))
+
+        speeds = np.geomspace(*self.family.search_range, _SAMPLES)
+        grows = growth(speeds) >= 0.0
+        if not grows.any():
+            return float(speeds[-1])
+        first = int(grows.argmax())
+        if first == 0:
+            return 0.0
+        low, high = speeds[first - 1], speeds[first]
+        while high - low > 1e-9 * high:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if growth([middle])[0] >= 0.0 else (middle, high)
+        return float(low)
+
+    def first(self, stable: float) -> list[Piece]:
+        """The piece without terms: the loop only ever takes energy out."""
+        p, q = slopes_of(self.law)
+        lam = 0.0 if p < q else 1.0
+        low, high = 0.0, stable
+        if stable <= 0.0:
+            return []
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            passive = self.multipliers.passive([self.family.at(middle)], lam)
+            low, high = (middle, high) if passive else (low, middle)
+        if p == q:
+            low = stable
+        for back in _BACK_OFF:
+            for share in _DOWN_TO:
+                piece = Piece(low=share * low, high=(1.0 - back) * low, lam=lam)
+                if self.refused(piece) is None:
+                    return [piece]
+        return []
+
+    def above(self, low: float, stable: float) -> list[Piece]:
+        """Pieces from a speed that is proved to the highest that can be."""
+        top = self._top(low, stable)
+        for back in (0.5, 1.0, 2.0, 5.0, 20.0):
+            high = top * (1.0 - back * _RESOLVED)
+            if high <= low:
+                break
+            pieces = self._between(low, high)
+            if pieces and pieces[-1].high == high:
+                return pieces
+        return []
+
+    def _top(self, low: float, high: float) -> float:
+        """The highest speed at which the program finds a multiplier, by false position."""
+
+        def margin(speed: float) -> float:
+            found = self.multipliers.best([self.family.at(speed)], good=0.0)
+            return found.bound if found.margin > 0.0 else min(found.bound, -1e-300)
+
+        high *= 1.0 - 1e-6
+        ends = [low, high]
+        values = [margin(low), margin(high)]
+        if values[1] > 0.0:
+            return high
+        step = 0
+        while ends[1] - ends[0] > _RESOLVED * high:
+            share = 0.5 if step % 3 == 2 else values[0] / (values[0] - values[1])
+            middle = ends[0] + min(max(share, 0.05), 0.95) * (ends[1] - ends[0])
+            value = margin(middle)
+            side = int(value <= 0.0)
+            ends[side], values[side] = middle, value
+            step += 1
+        return ends[0]
+
+    def _between(self, low: float, high: float) -> list[Piece]:
+        """Pieces that cover an interval of speeds, or as much of its lower part as can be."""
+        piece = self.piece(low, high)
+        if piece is not None:
+            return [piece]
+        if high < low * (1.0 + _NARROWEST):
+            return []
+        middle = float(np.sqrt(low * high))
+        upper = self._between(middle, high)
+        if not upper or upper[-1].high != high:
+            return []
+        return self._between(low, middle) + upper
+
+    def piece(self, low: float, high: float) -> Piece | None:
+        """One multiplier for an interval of speeds, or for one speed."""
+        speeds = sorted({low, 0.5 * (low + high), high})
+        systems = [self.family.at(speed) for speed in speeds]
+        for _ in range(_TRIES):
+            found = self.multipliers.best(systems)
+            if not found.margin > 0.0:
+                return None
+            piece = Piece(low=low, high=high, lam=found.lam, terms=found.terms)
+            refused = self.refused(piece)
+            if refused is None:
+                return piece
+            omega = getattr(refused, "omega", None)
+            if omega is None:
+                return None
+            self.multipliers.look_at(omega)
+        return None

@@ -1,0 +1,264 @@
+"""Search of the multiplier that proves absence: a linear program with cutting planes.
+
+Unknown are λ and the c of the terms. At every frequency and speed the condition of the theory,
+
+    w Im H/ω + λ (Re H - 1) + Σ c k(ω, t) <= -m,        w = 1,
+
+is a row, every time t a column; m, the margin, is made as large as it gets. Rows are added where
+the solution violates the condition, columns where the dual says that one would help. What is found
+here proves nothing: the condition is only sampled. `checker` proves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.guarantees.absence.certificate import Loop, Static
+from aeroflutter.model.lure import LureSystem
+
+__all__ = ["Found", "Multipliers"]
+
+Real = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_PERIODS = 2.0  # of the slowest mode: the longest t tried
+_TIMES, _FINE_TIMES = 120, 4000
+_ROWS = 150
+_STEP = 0.09  # step in ω over √ω, times the longest t: F errs alike between all points
+_HEADROOM = 1e-7  # Σ|c| stays below ΔV/ΔH by this
+_LARGEST = 1e3  # Σ c of a static law, whose multipliers form a cone
+_ROUNDS = 40
+_KEPT = 3  # rows kept for each one that counts, the tightest; a hundred at least
+_MOST = 20.0  # Σ|c| looked for, however large ΔV/ΔH
+_WORST = 120  # violated rows added at a time
+_WORTH_KEEPING = 0.8  # price of a column that stays in the program
+_LARGE = 300  # rows from which the interior-point method is the faster one
+_FARTHEST = 300.0  # frequency looked at
+_GOOD = 0.5  # of the margin of the program, kept between its rows
+_HELPS = 1e-4  # a column whose price is above its cost by this is worth having
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """A multiplier and the margin it leaves, as sampled.
+
+    Attributes
+    ----------
+    margin
+        The smallest -F over the frequencies and speeds; not positive where none was found.
+    bound
+        The margin of the last program: what could be hoped for.
+    lam, terms
+        As in `Piece`.
+    """
+
+    margin: float
+    bound: float
+    lam: float
+    terms: tuple[tuple[float, float], ...]
+
+
+class Multipliers:
+    """The search at one speed after another, each beginning with what the last one used.
+
+    Parameters
+    ----------
+    spring
+        The law.
+    """
+
+    def __init__(self, spring: Loop | Static) -> None:
+        self.spring = spring
+        self.times = np.empty(0)
+        self.omegas = np.empty(0)
+        self.seen = np.empty(0)
+        self.reach = 5.0
+
+    def look_at(self, omega: float) -> None:
+        """Take the condition at a frequency into account from now on."""
+        self.seen = np.r_[self.seen, omega]
+        self.omegas = np.r_[self.omegas, omega]
+
+    def best(self, systems: Sequence[LureSystem], good: float = _GOOD) -> Found:
+        """The multiplier with the largest margin at all of some speeds at once.
+
+        Parameters
+        ----------
+        systems
+            The section at each speed, all Hurwitz with the stiffest slope.
+        good
+            What part of the margin of the program, which knows some frequencies only, is enough.
+        """
+        while True:
+            found = self._at(self._points(systems), _longest(systems, self.spring), good)
+            needed = 1.1 * sum(abs(c) for _, c in found.terms) / max(found.lam, 1e-9)
+            if not (found.margin > 0.0 and self.reach < needed < _FARTHEST):
+                return found
+            self.reach = 1.5 * needed
+
+    def _at(self, points: _Points, longest: float, good: float) -> Found:
+        """The best multiplier on a set of points."""
+        candidates = np.linspace(0.0, longest, _FINE_TIMES + 1)[1:]
+        times = candidates[:: _FINE_TIMES // _TIMES]
+        if isinstance(self.spring, Static):
+            candidates, times = (np.r_[-one[::-1], one] for one in (candidates, times))
+        rows, times = points.nearest(self.omegas), np.union1d(self.times, times)
+        best = Found(margin=-np.inf, bound=np.inf, lam=0.0, terms=())
+        for _ in range(_ROUNDS):
+            program = _Program(self.spring, points, rows, times)
+            F = points.condition(program.lam, program.terms)
+            found = Found(
+                margin=-float(F.max()), bound=program.margin, lam=program.lam, terms=program.terms
+            )
+            best = max(best, found, key=lambda one: one.margin)
+            more = points.peaks(F, -program.margin + 1e-3 * abs(program.margin))
+            price = program.price(candidates)
+            columns = candidates[_tops(price) & (price > 1.0 + _HELPS)]
+            if best.margin > good * max(program.margin, 0.0) or not (more.size or columns.size):
+                break
+            if program.ceiling(price) <= 0.0:
+                break  # no choice of times meets the rows there are
+            times = times[program.price(times) > _WORTH_KEEPING]
+            rows, times = np.union1d(program.tight, more), np.union1d(times, columns)
+        self.times = np.array([t for t, _ in program.terms])
+        self.omegas = np.union1d(points.omega[program.active], self.seen)
+        return replace(best, bound=program.margin)
+
+    def passive(self, systems: Sequence[LureSystem], lam: float) -> bool:
+        """Whether the condition holds without terms, as sampled."""
+        points = self._points(systems)
+        return bool((points.p + lam * points.q).max() < 0.0)
+
+    def _points(self, systems: Sequence[LureSystem]) -> _Points:
+        """Frequencies up to where λ alone decides, dense enough for the longest time."""
+        longest = _longest(systems, self.spring)
+        roots = np.concatenate([np.linalg.eigvals(_stiff(one, self.spring)) for one in systems])
+        roots = roots[roots.imag > 0.0]
+        around = roots.imag[:, None] + roots.real[:, None] * np.sinh(np.linspace(-6.0, 6.0, 100))
+        end = max(6.0 * roots.imag.max(initial=0.1), self.reach)
+        roots_of = np.arange(1, int(2.0 * longest * end**0.5 / _STEP) + 2) * (_STEP / longest / 2.0)
+        omega = np.concatenate(
+            (
+                self.seen,
+                roots_of**2,
+                np.abs(around.ravel()),
+                end * np.geomspace(1e-7, 1.0, 300),
+                end * np.geomspace(1.0, 1e3, 60),
+            )
+        )
+        return _Points(systems, self.spring, np.unique(omega[omega > 0.0]))
+
+
+class _Points:
+    """The condition at many frequencies of several systems, one after the other."""
+
+    def __init__(self, systems: Sequence[LureSystem], spring: Loop | Static, omega: Real) -> None:
+        low, high = _slopes(spring)
+        H = []
+        for system in systems:
+            inverse = system.inverse_transfer(1j * omega)  # 1/G; H = (q - p) / (1/G + q)
+            H.append((high - low) / (inverse + high))
+        response = np.concatenate(H)
+        self.omega = np.tile(omega, len(systems))
+        self.size = omega.size
+        self.p, self.q = response.imag / self.omega, response.real - 1.0
+        self.loop = isinstance(spring, Loop)
+
+    def kernel(self, at: Index | slice, times: Real) -> Real:
+        """Columns k(ω, t) at some of the points, shape (points, times)."""
+        omega = self.omega[at][:, None]
+        K = np.sin(omega * times) / omega
+        if self.loop:
+            return -K
+        L = 2.0 * (np.sin(0.5 * omega * times) / omega) ** 2
+        return K * self.p[at][:, None] + L * self.q[at][:, None]
+
+    def condition(self, lam: float, terms: Sequence[tuple[float, float]]) -> Real:
+        """F at every point."""
+        F = self.p + lam * self.q
+        for t, c in terms:
+            F += c * self.kernel(slice(None), np.array([t]))[:, 0]
+        return F
+
+    def peaks(self, F: Real, above: float) -> Index:
+        """Points of the local maxima of F above a level."""
+        folded = F.reshape(-1, self.size)
+        tops = np.array([_tops(one) for one in folded]).ravel()
+        found = np.flatnonzero(tops & (above < F))
+        return found[np.argsort(-F[found])[:_WORST]]
+
+    def nearest(self, omegas: Real) -> Index:
+        """Points to begin with: some of all, and those nearest to given frequencies."""
+        count = self.omega.size // self.size
+        own = self.omega[: self.size]
+        chosen = np.linspace(0, self.size - 1, _ROWS).astype(np.intp)
+        chosen = np.union1d(chosen, np.searchsorted(own, omegas[omegas <= own[-1]]))
+        return np.concatenate([chosen + k * self.size for k in range(count)])
+
+
+class _Program:
+    """The linear program with some rows and columns, solved."""
+
+    def __init__(self, spring: Loop | Static, points: _Points, rows: Index, times: Real) -> None:
+        from scipy.optimize import linprog
+
+        loop = isinstance(spring, Loop)
+        kernel = points.kernel(rows, times)
+        both = np.hstack((kernel, -kernel)) if loop else kernel
+        limit = _LARGEST
+        if isinstance(spring, Loop):
+            limit = min(_MOST, spring.delta_v / spring.delta_h) * (1.0 - _HEADROOM)
+        table = np.column_stack((np.ones(rows.size), points.q[rows], both))
+        budget = np.r_[0.0, 0.0 if loop else 1.0, np.ones(both.shape[1])]
+        answer = linprog(
+            np.r_[-1.0, np.zeros(1 + both.shape[1])],
+            np.vstack((table, budget)),
+            np.r_[-points.p[rows], limit],
+            bounds=[(None, None)] + [(0.0, None)] * (1 + both.shape[1]),
+            method="highs-ds" if rows.size < _LARGE else "highs-ipm",
+        )
+        self.margin, self.lam = float(answer.x[0]), float(answer.x[1])
+        c = answer.x[2:] if not loop else answer.x[2 : 2 + times.size] - answer.x[2 + times.size :]
+        self.terms = tuple((float(t), float(one)) for t, one in zip(times, c, strict=True) if one)
+        dual = -answer.ineqlin.marginals
+        count = max(100, _KEPT * int((dual[:-1] > 0.0).sum()))
+        self.tight = rows[np.argsort(answer.ineqlin.residual[:-1])[:count]]
+        self.active = rows[dual[:-1] > 0.0]
+        self._dual = dual[:-1][dual[:-1] > 0.0]
+        self._limit, self._cost = limit, max(float(dual[-1]), 1e-300)
+        self._points, self._loop = points, loop
+
+    def ceiling(self, price: Real) -> float:
+        """Bound, by duality, of the margin that any times can reach on the rows of the program."""
+        return self.margin + self._limit * self._cost * max(float(price.max()) - 1.0, 0.0)
+
+    def price(self, times: Real) -> Real:
+        """What a term at each time would gain, over what it costs; above one it helps."""
+        gain = -self._dual @ self._points.kernel(self.active, times)
+        return np.asarray(np.abs(gain) if self._loop else gain) / self._cost
+
+
+def _tops(values: Real) -> NDArray[np.bool_]:
+    """Which values are local maxima."""
+    before, after = np.r_[-np.inf, values[:-1]], np.r_[values[1:], -np.inf]
+    return np.asarray((values > before) & (values >= after))
+
+
+def _slopes(spring: Loop | Static) -> tuple[float, float]:
+    return (0.0, 1.0) if isinstance(spring, Loop) else (spring.low, spring.high)
+
+
+def _stiff(system: LureSystem, spring: Loop | Static) -> Real:
+    return np.asarray(system.closed(_slopes(spring)[1]).real)
+
+
+def _longest(systems: Sequence[LureSystem], spring: Loop | Static) -> float:
+    """The longest time tried."""
+    roots = np.concatenate([np.linalg.eigvals(_stiff(one, spring)) for one in systems])
+    swinging = np.abs(roots.imag[np.abs(roots.imag) > 1e-3 * np.abs(roots.real)])
+    slowest = swinging.min() if swinging.size else np.abs(roots).min()
+    return float(_PERIODS * 2.0 * np.pi / slowest)
