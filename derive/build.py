@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from derive import indicial
 from derive.configuration import TYPICAL_SECTION
 from derive.describing_module import describing_module
 from derive.emit import render
 from derive.equations import quasi_steady, second_order
 from derive.flap import SECTION_WITH_FLAP
-from derive.modules import houbolt_module, loads_module, quasi_steady_module, section_module
+from derive.modules import (
+    houbolt_module,
+    indicial_module,
+    loads_module,
+    quasi_steady_module,
+    section_module,
+)
 from derive.proofs import emitted, flap, houbolt, section, springs
 from derive.report import report
 
@@ -17,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PROOFS = {
     "section": section.PROOFS,
     "flap": flap.PROOFS,
+    "indicial": indicial.PROOFS,
     "springs": springs.PROOFS,
     "houbolt": houbolt.PROOFS,
 }
@@ -46,6 +54,7 @@ def build() -> dict[str, str]:
         ),
         "describing": describing_module(),
         "houbolt": houbolt_module(),
+        "indicial": indicial_module(),
     }
     emitted.check_section(modules["section"], TYPICAL_SECTION, equations)
     emitted.check_loads(modules["loads"], TYPICAL_SECTION, equations)

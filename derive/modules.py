@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import sympy as sp
 
-from derive import houbolt
+from derive import houbolt, indicial
 from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import Configuration, Load
-from derive.emit import assignments, render
+from derive.emit import WIDTH, assignments, render
 from derive.equations import SecondOrder
 from derive.printer import source
 from derive.state_space import characteristic_parts, mass_inverse
@@ -148,6 +148,21 @@ def quasi_steady_module(
             springs=arguments(equations.S),
         ),
     )
+
+
+def indicial_module() -> str:
+    """Source of ``generated/indicial.py``."""
+
+    def numbers(values: tuple[str, ...]) -> str:
+        """A tuple in a tuple, laid out as ruff lays it out."""
+        line = f"        ({', '.join(values)}),"
+        if len(line) <= WIDTH:
+            return line
+        return "\n".join(
+            ["        (", *(f"            {value}," for value in values), "        ),"]
+        )
+
+    return render("indicial.py.j2", sets=indicial.SETS, numbers=numbers)
 
 
 def houbolt_module() -> str:

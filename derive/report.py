@@ -9,6 +9,7 @@ import sympy as sp
 
 from derive import describing as d
 from derive import houbolt as h
+from derive import indicial as indicial_fits
 from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import TYPICAL_SECTION
@@ -75,7 +76,8 @@ def report(
     """Text of ``docs/derivation.md``."""
     env = environment()
     env.filters["latex"] = latex
-    parts = (_section(equations), _flap(), _quasi_steady(quasi), _describing(), _houbolt())
+    sets = {"indicial_sets": indicial_fits.SETS}
+    parts = (_section(equations), sets, _flap(), _quasi_steady(quasi), _describing(), _houbolt())
     context = {key: value for part in parts for key, value in part.items()}
     return env.get_template("derivation.md.j2").render(**context, proofs=proofs)
 

@@ -124,11 +124,18 @@ def _aerodynamics(given: Any) -> tuple[Aerodynamics | None, CheckedTable]:
     table = check_variant("aerodynamics", "model", schema.AERODYNAMICS, given)
     if table.values.get("model") == "quasi-steady":
         return QuasiSteady(), table
+    if table.values.get("model") == "quasi-steady-rates":
+        return Wagner(a=(), b=()), table
     lists = _only(table.values, ("a", "b"))
     if len(lists) == 1 and not table.wrong:
         missing = "b" if "a" in lists else "a"
         table.problems.append(f"aerodynamics.{missing}: is missing; a and b are given together")
         return None, table
+    if "indicial" in table.values:
+        if lists:
+            table.problems.append("aerodynamics.indicial: names the terms; remove a and b, or it")
+            return None, table
+        return Wagner.named(table.values["indicial"]), table
     count = max(map(len, lists.values()), default=0)
     stand_ins = {"a": [0.0] * count, "b": [1.0] * count}
     keys = {name: f"aerodynamics.{name}" for name in stand_ins}

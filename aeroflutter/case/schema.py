@@ -158,13 +158,25 @@ class QuasiSteadyKeys(Table):
     model: Literal["quasi-steady"] = "quasi-steady"
 
 
+class QuasiSteadyRatesKeys(Table):
+    """Lift without lag, of rates as well, and the mass of the air: C(k) = 1."""
+
+    model: Literal["quasi-steady-rates"] = "quasi-steady-rates"
+
+
 class WagnerKeys(Table):
     """Indicial lift phi = 1 - sum a_i exp(-b_i tau)."""
 
     model: Literal["wagner"] = "wagner"
+    indicial: Literal["jones", "four-term", "six-term", "ten-term"] | None = key(
+        '"jones", "four-term", "six-term" or "ten-term"',
+        "named terms: the more, the nearer to Theodorsen's C(k)",
+        None,
+        '"jones"',
+    )
     a: list[Number] | None = key(
         "a list of numbers with a sum below 1",
-        "coefficients, default Jones",
+        "or coefficients of one's own",
         None,
         "[0.165, 0.335]",
     )
@@ -248,7 +260,11 @@ class FlapInitial(Initial):
     beta_rate_deg: Number = key(NUMBER, "flap rate, degrees per unit of tau", 0.0)
 
 
-AERODYNAMICS: dict[str, type[Table]] = {"wagner": WagnerKeys, "quasi-steady": QuasiSteadyKeys}
+AERODYNAMICS: dict[str, type[Table]] = {
+    "wagner": WagnerKeys,
+    "quasi-steady": QuasiSteadyKeys,
+    "quasi-steady-rates": QuasiSteadyRatesKeys,
+}
 
 SPRINGS: dict[str, type[Table]] = {
     "linear": LinearKeys,

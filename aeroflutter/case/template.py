@@ -33,8 +33,9 @@ def template(kind: str = "hysteresis", *, dimensional: bool = False) -> str:
             *_flap(),
             "",
             "[aerodynamics]",
-            '# model = "quasi-steady"'.ljust(_WIDTH) + "# lift without lag; or:",
-            *_keys(schema.WagnerKeys, 'model = "wagner"'),
+            '# model = "quasi-steady"'.ljust(_WIDTH) + "# lift without lag, of pitch alone; or:",
+            '# model = "quasi-steady-rates"'.ljust(_WIDTH) + " # lift without lag, rates too; or:",
+            *_wagner(),
             "",
             "[spring]",
             *_springs(kind),
@@ -60,6 +61,11 @@ def _section(dimensional: bool) -> Iterator[str]:
     yield f"{mark}[section.si]"
     for line in _keys(schema.Dimensional, leave=shared):
         yield f"# {line}" if "# or: " in line or not dimensional else line
+
+
+def _wagner() -> Iterator[str]:
+    for line in _keys(schema.WagnerKeys, 'model = "wagner"'):
+        yield f"# {line}" if line.startswith(("a = ", "b = ")) else line
 
 
 def _flap() -> Iterator[str]:

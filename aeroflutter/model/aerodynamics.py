@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from aeroflutter.errors import InputError
+from aeroflutter.generated.indicial import SETS
 
-JONES_A = (0.165, 0.335)
-JONES_B = (0.0455, 0.3)
+JONES_A, JONES_B = SETS["jones"]
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,26 @@ class Wagner:
             problems.append("a: the sum must be below 1, since phi(0) = 1 - sum(a) is positive")
         if problems:
             raise InputError(problems)
+
+    @classmethod
+    def named(cls, name: str) -> Wagner:
+        """A named set of terms.
+
+        Parameters
+        ----------
+        name : str
+            ``"jones"``, ``"four-term"``, ``"six-term"`` or ``"ten-term"``: within 0.015, 0.00125,
+            0.00021 and 0.000012 of Theodorsen's function at every reduced frequency.
+
+        Raises
+        ------
+        InputError
+            If there is no such set.
+        """
+        if name not in SETS:
+            known = ", ".join(f'"{key}"' for key in SETS)
+            raise InputError([f'indicial: must be one of {known}, not "{name}"'])
+        return cls(*SETS[name])
 
     @property
     def lags(self) -> int:
