@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from types import ModuleType
+from typing import Any
 
 MOVED = {
     "aerodynamics": "model.aerodynamics",
     "chaos": "motion.chaos",
     "continuation": "orbits.continuation",
     "cycles": "orbits.cycles",
+    "cycles.tolerance": "studies.tolerance",
     "dataset": "results.dataset",
     "describing": "orbits.describing",
     "harmonic": "orbits.harmonic",
     "lure": "model.lure",
     "maps": "studies.maps",
     "modes": "linear.modes",
+    "orbits.cycles.tolerance": "studies.tolerance",
     "rootlocus": "linear.rootlocus",
     "section": "model.section",
     "timemarch": "motion",
@@ -36,11 +39,14 @@ class FormerNames(MetaPathFinder, Loader):
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """The module of today, if `fullname` was one."""
-        package, _, rest = fullname.partition(".")
-        first, _, inner = rest.partition(".")
-        if package != __package__ or first not in MOVED:
-            return None
-        today = ".".join(filter(None, (package, MOVED[first], inner)))
+        package, _, name = fullname.partition(".")
+        inner = ""
+        while name not in MOVED:
+            name, dot, last = name.rpartition(".")
+            if package != __package__ or not dot:
+                return None
+            inner = f".{last}{inner}"
+        today = f"{package}.{MOVED[name]}{inner}"
         return ModuleSpec(fullname, self, origin=today) if find_spec(today) else None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
@@ -55,6 +61,18 @@ class FormerNames(MetaPathFinder, Loader):
         """It has run already: all to be done is to give it back the spec of today's name."""
         assert module.__spec__ is not None
         module.__spec__ = module.__spec__.loader_state
+
+
+def attribute(package: str, moved: dict[str, str]) -> Callable[[str], Any]:
+    """A package's `__getattr__` for names that live elsewhere today: `moved[name]` is where."""
+
+    def get(name: str) -> Any:
+        if name not in moved:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        warnings.warn(f"{package}.{name} is in {moved[name]} now", DeprecationWarning, stacklevel=2)
+        return getattr(import_module(moved[name]), name)
+
+    return get
 
 
 def install() -> None:

@@ -18,8 +18,9 @@ from aeroflutter.model.lure import FixedFamily, SectionFamily
 from aeroflutter.model.section import TypicalSection
 from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.prepared import Prepared
-from aeroflutter.orbits.cycles import CycleOptions, least_friction, limit_cycles, tolerance
+from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
 from aeroflutter.springs import Freeplay, Hysteresis, Linear
+from aeroflutter.studies.tolerance import least_friction, tolerance
 
 SECTION = SectionFamily(TypicalSection(omega_bar=0.8))
 QUICK = CycleOptions(simulations=0, depth=0, points=30)

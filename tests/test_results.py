@@ -24,7 +24,7 @@ from aeroflutter.linear.rootlocus import root_locus
 from aeroflutter.motion.chaos import ChaosOptions, chaos, chaos_scan
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.motion.sweeps import sweep as sweep_of_speed
-from aeroflutter.orbits.cycles import CycleOptions, cycles_at, limit_cycles, tolerance
+from aeroflutter.orbits.cycles import CycleOptions, cycles_at, limit_cycles
 from aeroflutter.orbits.describing import DescribingOptions, describing_curve
 from aeroflutter.orbits.harmonic import HarmonicOptions, harmonic_families
 from aeroflutter.results import dataset as datasets
@@ -37,6 +37,7 @@ from aeroflutter.springs import Hysteresis, respond
 from aeroflutter.studies.maps import Axis, Grid, SpeedPitch, flutter_map
 from aeroflutter.studies.maps.sweep import Specimen, SweepOptions
 from aeroflutter.studies.maps.sweep import sweep as sweep_of_sections
+from aeroflutter.studies.tolerance import tolerance
 
 U_L = 1.7285730989193295  # of the section in SI units, naca496
 OPTIONS = CycleOptions(points=8, depth=0, simulations=0)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.orbits.cycles import Tolerance
+    from aeroflutter.studies.tolerance import Tolerance
 
 
 def tolerance(
@@ -40,7 +40,7 @@ def tolerance(
     peak. A piecewise-linear spring is scale-free, so one branch answers for its size.
     """
     from aeroflutter.orbits.cycles import least_friction
-    from aeroflutter.orbits.cycles import tolerance as largest_size
+    from aeroflutter.studies.tolerance import tolerance as largest_size
 
     output.check()
     problems = [

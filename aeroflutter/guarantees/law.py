@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.guarantees import _kernel_first as kernel
-from aeroflutter.model.lure import LureFamily, inverse_transfer
+from aeroflutter.model.lure import LureFamily, integrates
 from aeroflutter.orbits.harmonic.moment import answer
 from aeroflutter.springs import Cubic, Hysteresis, Pieces, PiecewiseLinear, Spring, Table, simplify
 
@@ -129,7 +129,7 @@ def law_of(family: LureFamily, spring: Spring) -> Law:
         Where the law has no centre of symmetry, or the loop does not balance there.
     """
     odd, centre, load = _centred(simplify(spring))
-    if abs(load) > _ROUND_OFF * odd.scale or (centre != 0.0 and not _free_mean(family)):
+    if abs(load) > _ROUND_OFF * odd.scale or (centre != 0.0 and not integrates(family)):
         raise Unfit("the offset makes the cycle asymmetric: it is not half-wave symmetric")
     if isinstance(odd, Hysteresis):
         D, delta = odd.delta_v / 2, odd.delta_h / 2
@@ -144,12 +144,6 @@ def law_of(family: LureFamily, spring: Spring) -> Law:
     s, edge = float(p.slopes[-1]), float(p.breaks[-1])
     bound = float(np.max(np.abs(s * p.breaks - odd.moment(p.breaks))))
     return Law(odd, centre, s, float(np.max(np.abs(s - p.slopes))), bound, edge, -edge)
-
-
-def _free_mean(family: LureFamily) -> bool:
-    """Whether 1/G(0) = 0 at every speed: no moment is needed to hold a mean pitch."""
-    A, b = family.stack(np.geomspace(*family.search_range, 3))
-    return bool(np.all(np.abs(inverse_transfer(A, b, family.c, np.zeros(3))) < _ROUND_OFF))
 
 
 def _centred(spring: Spring) -> tuple[Spring, float, float]:

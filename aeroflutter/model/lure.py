@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     import control
 
 
+_ROUND_OFF = 1e-12
+
+
 @dataclass(frozen=True, eq=False)
 class LureSystem:
     """Linear system with one scalar feedback, ``x' = A x - b F(c x)``.
@@ -436,3 +439,18 @@ def as_family(family: Family | LureFamily) -> Family:
     if isinstance(family, _OneSpring):
         return family.model
     return _Matrices(cast("LureFamily", family)) if hasattr(family, "c") else family
+
+
+def static_stiffness(family: LureFamily) -> Real:
+    """``1/G(0)`` at five speeds over the family's range: minus the load per unit of steady y."""
+    speeds = np.linspace(*family.search_range, 5)
+    A, b = family.stack(speeds)
+    return np.asarray(inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real)
+
+
+def integrates(family: LureFamily) -> bool:
+    """Whether y can rest anywhere without a moment at every speed, ``1/G(0) = 0``.
+
+    The spring's slopes are of order one, and so is what 1/G(0) is compared with.
+    """
+    return bool(np.all(np.abs(static_stiffness(family)) <= _ROUND_OFF))

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from aeroflutter.orbits.cycles import Bifurcation, Cycle, CycleFamily, LimitCycles, Tolerance
+    from aeroflutter.orbits.cycles import Bifurcation, Cycle, CycleFamily, LimitCycles
+    from aeroflutter.studies.tolerance import Tolerance
 
 __all__ = ["Overlay", "plot_cycles", "plot_multipliers", "plot_tolerance"]
 

@@ -1,5 +1,6 @@
 """Exact limit cycles of piecewise-linear springs, stable or not, by shooting and continuation."""
 
+from aeroflutter import _former
 from aeroflutter.orbits.cycles.at import CyclesAt, cycles_at
 from aeroflutter.orbits.cycles.near import cycle_near
 from aeroflutter.orbits.cycles.options import CycleOptions
@@ -11,7 +12,6 @@ from aeroflutter.orbits.cycles.result import (
     LimitCycles,
 )
 from aeroflutter.orbits.cycles.search import limit_cycles
-from aeroflutter.orbits.cycles.tolerance import Tolerance, least_friction, tolerance
 
 __all__ = [
     "Bifurcation",
@@ -21,10 +21,12 @@ __all__ = [
     "CycleOptions",
     "CyclesAt",
     "LimitCycles",
-    "Tolerance",
     "cycle_near",
     "cycles_at",
-    "least_friction",
     "limit_cycles",
-    "tolerance",
 ]
+
+__getattr__ = _former.attribute(
+    __name__,
+    dict.fromkeys(("Tolerance", "least_friction", "tolerance"), "aeroflutter.studies.tolerance"),
+)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.model.lure import LureFamily, inverse_transfer
+from aeroflutter.model.lure import LureFamily, static_stiffness
 from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, PiecewiseLinear, Table
 
-__all__ = ["Centre", "centre", "integrates", "static_state"]
+__all__ = ["Centre", "centre", "static_state"]
 
 Array = NDArray[np.float64]
 
@@ -70,23 +70,11 @@ def centre(family: LureFamily, spring: PiecewiseLinear | Hysteresis) -> Centre:
     return Centre(spring, 0.0, 0.0, False)
 
 
-def integrates(family: LureFamily) -> bool:
-    """Whether y can rest anywhere without a moment, at every speed: 1/G(0) = 0."""
-    return bool(np.all(np.abs(_static_stiffness(family)) <= _ROUND_OFF))
-
-
 def _rests(family: LureFamily, pitch: float, moment: float, scale: float) -> bool:
     if pitch == 0.0 and moment == 0.0:
         return True
-    loads = _static_stiffness(family) * pitch + moment
+    loads = static_stiffness(family) * pitch + moment
     return bool(np.all(np.abs(loads) <= _ROUND_OFF * scale))
-
-
-def _static_stiffness(family: LureFamily) -> Array:
-    """1/G(0) at several speeds."""
-    speeds = np.linspace(*family.search_range, 5)
-    A, b = family.stack(speeds)
-    return np.asarray(inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real)
 
 
 def _moved(

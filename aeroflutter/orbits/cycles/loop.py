@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.lure import LureFamily, integrates
 from aeroflutter.motion import _kernel_exact as modes
 from aeroflutter.motion import _kernel_exact_march as kernel
 from aeroflutter.motion._kernel_exact_tables import build, conversions
 from aeroflutter.motion.prepared import law_of
-from aeroflutter.orbits.cycles.centre import integrates
 from aeroflutter.springs import Hysteresis, PiecewiseLinear
 
 __all__ = ["Flow", "Loop", "Passage", "Trace"]
