@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from aeroflutter.case import load_case
 from aeroflutter.errors import ConvergenceError, InputError
@@ -28,7 +30,7 @@ from aeroflutter.orbits.harmonic import (
     solve_cycle,
 )
 from aeroflutter.orbits.harmonic.balance import Balance
-from aeroflutter.orbits.harmonic.moment import answer, waveform
+from aeroflutter.orbits.harmonic.moment import Answer, Sampled, answer, waveform
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table, respond
 
 SECTION = {name: SectionFamily(TypicalSection(omega_bar=name)) for name in (0.2, 0.8)}
@@ -62,6 +64,14 @@ LAWS = [
     Table((-2.0, -0.5, 0.3, 1.0), (-1.5, -0.4, 0.2, 1.4)),
     Cubic(1.0, 3.0),
 ]
+
+
+CUBIC = Cubic(1.0, 3.0)
+
+
+def sampled(spring: Spring, Y: np.ndarray) -> Answer:
+    """The answer of a law known only by its values."""
+    return Sampled(Y, spring)
 
 
 def random_motion(rng: np.random.Generator, top: int) -> np.ndarray:
@@ -186,6 +196,57 @@ def test_hill_agrees_with_the_exact_multipliers(
     assert found.all.size == family.c.size
     assert found.error < 1e-3
     assert exact_distance(found.all, exact) < 2 * found.error_of_all
+
+
+@pytest.mark.parametrize(
+    ("spring", "law"),
+    [(Freeplay(1.0, 0.1), answer), (LAWS[4], answer), (CUBIC, answer), (CUBIC, sampled)],
+)
+def test_multipliers_are_those_of_the_variational_equation(
+    spring: Spring, law: Callable[[Spring, np.ndarray], Answer]
+) -> None:
+    """v' = (A - F'(y) b c) v by DOP853 along a motion that is no cycle: no multiplier is one.
+
+    Its steps are kept below a thousandth of the period where the slope jumps.
+    """
+    family, omega, speed = SECTION[0.8], 0.3, 3.5
+    Y = 2.0 * random_motion(np.random.default_rng(2), 4)
+    A, b = family.stack(speed)
+    ks = np.arange(Y.size)
+
+    def rate(time: float, v: np.ndarray) -> np.ndarray:
+        y = float((Y @ np.exp(1j * ks * omega * time)).real)
+        slope = float(spring.moment(y + 1e-6) - spring.moment(y - 1e-6)) / 2e-6
+        v = v.reshape(6, 6)
+        return (A @ v - slope * np.outer(b, family.c @ v)).ravel()
+
+    period = 2 * np.pi / omega
+    end = solve_ivp(
+        rate, (0.0, period), np.eye(6).ravel(), "DOP853", rtol=1e-9, atol=1e-10,
+        max_step=period / 1000,
+    ).y[:, -1]  # fmt: skip
+    wanted = np.linalg.eigvals(end.reshape(6, 6))
+    found = multipliers(family, Cycle(Y, omega, speed), law(spring, Y), symmetric=False).all
+    apart = np.min(np.abs(found[:, None] - wanted), axis=1)
+    assert np.max(apart) < 2e-5 * np.max(np.abs(wanted))
+    assert np.min(np.abs(wanted - 1.0)) > 1e-2
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_a_memory_that_is_held_enters_the_multipliers(symmetric: bool) -> None:
+    """Below A = D + δ the slider turns back on its flats."""
+    family, spring = SECTION[0.8], Hysteresis(1.0, 0.2)
+    df = curve(0.8, spring)
+    i = int(np.argmin(np.abs(df.amplitude - 0.57)))
+    guess = sinusoid(df.amplitude[i], 0.0, df.k[i], df.speed[i])
+    for count in (1, 7, 61):
+        guess = solve_cycle(
+            family, spring, guess, hold="amplitude", options=HarmonicOptions(harmonics=count)
+        )
+    assert answer(spring, guess.Y).held.at.size
+    exact = cycle_near(family, spring, guess.Y, guess.omega, guess.speed)
+    found = multipliers(family, guess, answer(spring, guess.Y), symmetric=symmetric)
+    assert exact_distance(found.all, exact) < 1e-4
 
 
 def exact_distance(found: np.ndarray, exact: ExactCycle) -> float:

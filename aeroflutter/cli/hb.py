@@ -61,7 +61,7 @@ def hb(
     """Limit cycles by harmonic balance: amplitude against airspeed, stable or not.
 
     Every family of cycles that the describing function knows is followed with as many harmonics
-    as it takes, through folds; Hill's method gives its multipliers and bifurcations. With
+    as it takes, through folds, with its multipliers and bifurcations. With
     --harmonics 1 the describing function itself is obtained.
     """
     from aeroflutter.orbits.harmonic import HarmonicOptions, harmonic_families

@@ -129,6 +129,6 @@ def _multipliers(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
     axes.axhline(1.0, color=look.BLACK, linewidth=0.7)
     axes.set_xlabel(look.SPEED if branches[0].flutter_speed is None else look.SPEED_RATIO)
     axes.set_ylabel("largest multiplier but the trivial one")
-    axes.set_title("Hill's method")
+    axes.set_title("Floquet multipliers")
     if doubted:
         axes.legend(loc="best")

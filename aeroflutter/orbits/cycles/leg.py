@@ -18,7 +18,6 @@ from aeroflutter.orbits.continuation import (
     ContinuationOptions,
     Event,
     State,
-    Test,
     Walk,
     correct,
     tangent_at,
@@ -28,6 +27,7 @@ from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import Cycle
 from aeroflutter.orbits.cycles.shooting import Shooting
 from aeroflutter.orbits.cycles.spectrum import Spectra
+from aeroflutter.orbits.spectrum import FOLD, bifurcation, test_functions
 from aeroflutter.springs import Hysteresis
 
 __all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned"]
@@ -35,7 +35,6 @@ __all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned"]
 Array = NDArray[np.float64]
 Switches = tuple[tuple[int, int], ...]
 
-FOLD, FLIP, TORUS = "fold", "flip", "torus"
 _STOP = -1  # among kinds of switches
 STALLED = "Newton's method fails at any step"
 
@@ -158,15 +157,8 @@ def start_leg(
         locate=1e-12,
     )
     spectra = Spectra(shooting, sizes)
-    walk = Walk(shooting, q, along, settings, _tests(spectra))
+    walk = Walk(shooting, q, along, settings, test_functions(spectra))
     return Leg(frame, shooting, spectra, walk, offset, halves)
-
-
-def _tests(spectra: Spectra) -> dict[str, Test]:
-    return {
-        FLIP: lambda x, tangent: spectra(x).flip,
-        TORUS: lambda x, tangent: spectra(x).torus,
-    }
 
 
 def located(leg: Leg, events: list[Event]) -> list[tuple[str, State]]:
@@ -178,15 +170,9 @@ def located(leg: Leg, events: list[Event]) -> list[tuple[str, State]]:
 
 
 def _kind(leg: Leg, event: Event) -> str:
-    if event.name == FOLD:
-        return "corner" if event.jump else FOLD
     if event.jump:
-        return ""
-    if event.name == FLIP:
-        return "symmetry-breaking" if leg.shooting.symmetric else "period-doubling"
-    if event.name == TORUS:
-        return "neimark-sacker" if leg.spectra(event.x).closest_pair_is_complex else ""
-    return ""
+        return "corner" if event.name == FOLD else ""
+    return bifurcation(event.name, leg.spectra(event.x))
 
 
 def changes(leg: Leg, old: State, new: State) -> list[State]:

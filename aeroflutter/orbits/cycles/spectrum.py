@@ -1,4 +1,4 @@
-"""Floquet multipliers and the test functions of the bifurcations, from one monodromy matrix.
+"""Floquet multipliers from the monodromy matrix of the shooting equations.
 
 The map whose fixed point the cycle is (period map, or half-period map followed by the mirror) has
 the direction of motion as an eigenvector of eigenvalue one. It is split off by an orthogonal
@@ -7,72 +7,19 @@ transformation, so that the others are as accurate next to a bifurcation as far 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.orbits.cycles.shooting import Shooting, Shot
+from aeroflutter.orbits.spectrum import Spectrum
 
-__all__ = ["Spectra", "Spectrum", "critical_vector", "spectrum"]
+__all__ = ["Spectra", "critical_vector", "spectrum"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _TRIVIAL = 1e-6  # from one: the trivial multiplier of what is a cycle
-
-
-@dataclass(frozen=True, eq=False)
-class Spectrum:
-    """Eigenvalues of the map of a cycle.
-
-    Attributes
-    ----------
-    trivial
-        The one along the motion, one up to round-off.
-    drift
-        The one along a continuum of bias; None elsewhere.
-    others
-        The rest, largest first; the memory's own zero is left out.
-    symmetric
-        Whether the map is that of half a period, with the mirror.
-    """
-
-    trivial: float
-    drift: complex | None
-    others: Complex
-    symmetric: bool
-
-    @property
-    def multipliers(self) -> Complex:
-        """Floquet multipliers of the whole period, (n,): the trivial one first."""
-        drift = [] if self.drift is None else [self.drift]
-        values = np.concatenate(([self.trivial], drift, self.others)).astype(complex)
-        return values**2 if self.symmetric else values
-
-    @property
-    def stable(self) -> bool:
-        """Whether all the others lie inside the unit circle."""
-        return bool(np.all(np.abs(self.others) < 1.0))
-
-    @property
-    def flip(self) -> float:
-        """Zero where an eigenvalue passes -1: a doubled period, or the symmetry breaks."""
-        return float(np.prod(1.0 + self.others).real)
-
-    @property
-    def torus(self) -> float:
-        """Zero where a pair has the product 1: Neimark-Sacker, or a neutral saddle."""
-        i, j = np.triu_indices(self.others.size, 1)
-        return float(np.prod(1.0 - self.others[i] * self.others[j]).real)
-
-    @property
-    def closest_pair_is_complex(self) -> bool:
-        """Whether the pair whose product is nearest to 1 is complex."""
-        i, j = np.triu_indices(self.others.size, 1)
-        best = np.argmin(np.abs(1.0 - self.others[i] * self.others[j]))
-        return bool(abs(self.others[i[best]].imag) > 1e-7)
 
 
 class Spectra:
@@ -129,11 +76,7 @@ def spectrum(shot: Shot, sizes: Array, symmetric: bool, memory: bool) -> Spectru
     values = values[np.argsort(-np.abs(values), kind="stable")]
     if memory:  # sliding erases it
         values = values[:-1]
-    drift = None
-    if shot.free:
-        index = int(np.argmin(np.abs(values - (-1.0 if symmetric else 1.0))))
-        drift, values = complex(values[index]), np.delete(values, index)
-    return Spectrum(float(turned[0, 0]), drift, values, symmetric)
+    return Spectrum.of(turned[0, 0], values, symmetric=symmetric, free=shot.free)
 
 
 def critical_vector(shot: Shot, sizes: Array) -> Array:

@@ -9,7 +9,7 @@ from aeroflutter.orbits.harmonic.branch import (
     sinusoid,
     solve_cycle,
 )
-from aeroflutter.orbits.harmonic.hill import Multipliers, multipliers
+from aeroflutter.orbits.harmonic.monodromy import Multipliers, multipliers
 from aeroflutter.orbits.harmonic.options import HarmonicOptions
 from aeroflutter.orbits.harmonic.result import Bifurcation, HarmonicBranch, HarmonicOnset
 

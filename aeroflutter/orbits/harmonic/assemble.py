@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from aeroflutter.orbits.continuation import Event, State
 from aeroflutter.orbits.harmonic.balance import Balance, Cycle
 from aeroflutter.orbits.harmonic.result import Bifurcation, HarmonicBranch, HarmonicOnset
-from aeroflutter.orbits.harmonic.stability import FLIP, TORUS, Stability
+from aeroflutter.orbits.harmonic.stability import Stability
 from aeroflutter.orbits.harmonic.walk import CORNERS, Curve
+from aeroflutter.orbits.spectrum import FLIP, FOLD, TORUS
 
 __all__ = ["assemble"]
 
@@ -79,12 +80,13 @@ def _stability(
         return np.full((m, n), np.nan + 0j), np.full(m, np.nan), no, no
     found = [stability.at(state.x) for state in states]
     error = np.array([one.error_of_all for one in found])
-    distance = np.array([stability.distance(state.x) for state in states])
+    spectra = [stability.spectrum(state.x) for state in states]
+    distance = np.array([one.distance for one in spectra])
     certain = distance > np.array([one.error for one in found])
     return (
         np.array([one.all for one in found]),
         error,
-        np.array([stability.stable(state.x) for state in states]),
+        np.array([one.stable for one in spectra]),
         certain & (margin > _GRAZING),
     )
 
@@ -97,7 +99,7 @@ def _bifurcations(
     found = []
     for event in sorted(curve.events, key=lambda event: event.arclength):
         kind = _kind(event, stability)
-        if kind is None or not arclength[0] <= event.arclength <= arclength[-1]:
+        if not kind or not arclength[0] <= event.arclength <= arclength[-1]:
             continue
         if kind == "grazing" and any(abs(event.arclength - at) < 1e-6 for at in corners):
             continue  # the multipliers jump because of the corner
@@ -116,11 +118,11 @@ def _bifurcations(
     return tuple(found)
 
 
-def _kind(event: Event, stability: Stability | None) -> str | None:
+def _kind(event: Event, stability: Stability | None) -> str:
     if event.name in (FLIP, TORUS):
-        return stability.kind(event) if stability else None
-    if event.name == "fold":
-        return None if event.jump else "fold"
+        return stability.kind(event) if stability else ""
+    if event.name == FOLD:
+        return "" if event.jump else FOLD
     return "corner"
 
 

@@ -18,6 +18,7 @@ from aeroflutter.orbits.harmonic.options import HarmonicOptions
 from aeroflutter.orbits.harmonic.result import Bifurcation, HarmonicBranch
 from aeroflutter.orbits.harmonic.stability import Stability
 from aeroflutter.orbits.harmonic.walk import Curve, TooFewHarmonics, follow
+from aeroflutter.orbits.spectrum import test_functions
 from aeroflutter.springs import Spring, simplify
 
 __all__ = ["continue_branch", "harmonic_balance", "harmonic_families", "solve_cycle", "sinusoid"]
@@ -28,7 +29,7 @@ _FIRST = 7  # harmonics to begin with, where their number is automatic
 _SMALL = 0.02  # distortion below which a describing function is a good start
 _SCALE_SPEED = 0.3
 _STRIDE = 0.2
-_LOCATED = 1e-8  # ln amplitude: Hill's multipliers are not known any better
+_LOCATED = 1e-8  # ln amplitude: the multipliers are not known any better
 _WALKED = 1e-7  # size of the last Newton update on a walk; its error is about the square
 
 
@@ -279,7 +280,7 @@ def _follow(
         folds={"fold": SPEED % n},
         locate=_LOCATED,
     )
-    tests = stability.tests() if stability else {}
+    tests = test_functions(stability.spectrum) if stability else {}
     return follow(balance, x, walking, tests, np.inf if endless else options.tolerance)
 
 

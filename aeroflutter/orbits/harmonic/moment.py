@@ -126,9 +126,16 @@ class Segmented(Answer):
     end: Real
     slopes: Real
     offsets: Real
+    made: Real
+    """Where the memory of each segment was made, NaN where it is none of the motion's."""
     turning: Real
-    held: Held
     margin: float
+
+    @property
+    def held(self) -> Held:  # type: ignore[override]
+        """The segments on which the moment remembers an extremum."""
+        remembers = np.isfinite(self.made)
+        return Held(self.made[remembers], self.start[remembers], self.end[remembers])
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -255,11 +262,9 @@ def answer(spring: Spring, Y: Complex) -> Answer:
     else:
         p = spring.pieces()
         rows = kernel.static_segments(Y, turns, p.breaks, p.slopes, p.offsets)
-    start, end, slopes, offsets, at, margin, turning = np.ascontiguousarray(rows.T)
-    remembers = np.isfinite(at)
-    held = Held(at[remembers], start[remembers], end[remembers])
+    start, end, slopes, offsets, made, margin, turning = np.ascontiguousarray(rows.T)
     values = turning[np.isfinite(turning)]
-    return Segmented(Y, start, end, slopes, offsets, values, held, float(np.min(margin)))
+    return Segmented(Y, start, end, slopes, offsets, made, values, float(np.min(margin)))
 
 
 def waveform(Y: Complex, samples: int) -> Real:

@@ -82,7 +82,7 @@ class HarmonicBranch:
     multipliers
         Floquet multipliers of the period, (m, n), the trivial one first; NaN if not computed.
     multiplier_error
-        How far they may be off, (m,): see `hill.Multipliers`.
+        How far they may be off, (m,): see `Multipliers`.
     stable
         Whether all but the trivial one lie inside the unit circle, (m,).
     certain
