@@ -39,7 +39,7 @@ def tolerance(
     Every stable limit cycle up to --speed-ratio is to stay below --amplitude-deg, half peak to
     peak. A piecewise-linear spring is scale-free, so one branch answers for its size.
     """
-    from aeroflutter.orbits.cycles import least_friction
+    from aeroflutter.studies.tolerance import least_friction
     from aeroflutter.studies.tolerance import tolerance as largest_size
 
     output.check()

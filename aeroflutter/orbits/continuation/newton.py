@@ -32,12 +32,14 @@ def correct(
     scale = scale_of(x, options)
     point = np.array(x, dtype=float)
     for iteration in range(1, options.max_newton + 1):
-        update = scale * _newton_update(problem, point, direction, scale)
-        point = point + update
-        size = np.linalg.norm(update / scale)
+        update = _newton_update(problem, point, direction, scale)
+        size, unit = np.linalg.norm(update), 1.0 + np.linalg.norm(point / scale)
         if not np.isfinite(size):
             break
-        if size <= options.tolerance * (1.0 + np.linalg.norm(point / scale)):
+        if size <= options.settled * unit:  # as it is: what is known there need not be found again
+            return point, iteration
+        point = point + scale * update
+        if size <= options.tolerance * unit:
             return point, iteration
     raise ConvergenceError(f"Newton's method did not converge near x = {show(x)}", point)
 

@@ -47,6 +47,9 @@ class ContinuationOptions:
         States after which a walk stops.
     tolerance
         Last Newton update, relative to ``1 + |x|``; the error is of the order of its square.
+    settled
+        Newton update, likewise, below which a point is left as it is, so that a problem that
+        remembers its last points need not be evaluated again.
     max_newton, aim_newton
         Iterations after which a correction has failed, and the number the step aims at.
     max_turn
@@ -68,6 +71,7 @@ class ContinuationOptions:
     max_step: float = 0.2
     max_states: int = 2000
     tolerance: float = 1e-10
+    settled: float = 1e-16
     max_newton: int = 8
     aim_newton: int = 3
     max_turn: float = 0.35

@@ -74,6 +74,8 @@ def assemble(
     points
         Cycles wanted; more are computed, or crowded ones left out.
     """
+    if behind is not None and behind.end.cycle.amplitude > ahead.end.cycle.amplitude:
+        ahead, behind = behind, ahead  # a family runs from its small cycles to its large ones
     strands = [ahead] if behind is None else [ahead, behind]
     sides = [_resolved(strand.places) for strand in strands]
     total = float(sum(_spacing(side).sum() for side in sides))

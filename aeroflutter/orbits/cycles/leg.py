@@ -8,7 +8,7 @@ which may turn by more than a right angle; `turned` finds the way on.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,7 @@ _LOCATE = 1e-11  # U/U_ref to which a change of sequence is located
 _TOGETHER = 1e-8  # U/U_ref within which changes of sequence are one
 _CHANGES = 12  # changes of sequence within one step
 _SMALLEST = 1e-9  # step
+_SETTLED = 1e-15  # Newton update that is round-off: a multiplier of 1e4 may magnify it
 _REACHES = (1e-7, 1e-6, 1e-5, 1e-4)  # how far beyond a corner its other side is looked at
 _FURTHER = 1e2  # times that is the first step beyond it
 _AT_STOP = 1e-9  # of the spring's size: a memory this near to a stop is on it
@@ -155,6 +156,7 @@ def start_leg(
         scale=np.concatenate((np.sqrt(m) * sizes, [_PERIOD, _SPEED])),
         folds={FOLD: m + 1},
         locate=1e-12,
+        settled=_SETTLED,
     )
     spectra = Spectra(shooting, sizes)
     walk = Walk(shooting, q, along, settings, test_functions(spectra))
@@ -178,13 +180,20 @@ def _kind(leg: Leg, event: Event) -> str:
 def changes(leg: Leg, old: State, new: State) -> list[State]:
     """Every change of the switching sequence between two states, by bisection."""
     found: list[State] = []
-    low, state, last = 0.0, old, leg.switches(new.x)
+    state, last = old, leg.switches(new.x)
     while leg.switches(state.x) != last and len(found) < _CHANGES:
-        low, before, state = _change(leg, old, new, low, state)
+        before, state = _change(leg, state, new)
         if found and abs(state.x[-1] - found[-1].x[-1]) < _TOGETHER:
             found.pop()  # several switches at once
-        found.append(min(state, before, key=lambda side: _left(leg, side)))
+        at = min(state, before, key=lambda side: _left(leg, side))
+        found.append(_next_to(leg, at, old))
     return found
+
+
+def _next_to(leg: Leg, state: State, old: State) -> State:
+    """A state with its arclength measured straight from another one."""
+    chord = float(np.linalg.norm((state.x - old.x) / leg.walk.scale))
+    return replace(state, arclength=old.arclength + chord)
 
 
 def _left(leg: Leg, state: State) -> float:
@@ -192,24 +201,26 @@ def _left(leg: Leg, state: State) -> float:
     return float(np.max(np.abs(leg.shooting.residual(state.x)[:-1] / leg.spectra.sizes)))
 
 
-def _change(
-    leg: Leg, old: State, new: State, low: float, state: State
-) -> tuple[float, State, State]:
-    """The first place after `low` with another sequence than there: where, just before, after."""
-    here, high, beyond = leg.switches(state.x), 1.0, new
-    while high - low > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
+def _change(leg: Leg, state: State, beyond: State) -> tuple[State, State]:
+    """The first place after a state with another sequence than there: just before, just after.
+
+    The curve is interpolated between the two sides as they close in, so that soon a state is
+    found at the first attempt.
+    """
+    here, left = leg.switches(state.x), 1.0
+    while left > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
         try:
-            between = leg.walk.between(old, new, middle)
+            between = leg.walk.between(state, _next_to(leg, beyond, state), 0.5)
         except ConvergenceError:  # two switches coincide to round-off just there
             break
+        if any(np.array_equal(between.x, side.x) for side in (state, beyond)):
+            break
+        left *= 0.5
         if leg.switches(between.x) == here:
-            low, state = middle, between
+            state = between
         else:
-            high, beyond = middle, between
-    return high, state, beyond
+            beyond = between
+    return state, beyond
 
 
 def turned(leg: Leg, last: State, here: Switches) -> tuple[Array, Array] | None:

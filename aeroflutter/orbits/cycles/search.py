@@ -40,6 +40,7 @@ Array = NDArray[np.float64]
 Watch = Callable[[Cycle], None]
 
 _DF_POINTS = 16  # cycles of each describing-function family that are tried as seeds
+_LINEAR = 1e-12  # distortion that is round-off
 _ASIDE = 1e-3  # step onto a branch, in sizes of the cycle
 _TRIES = 4  # cycles of a strand from which its other side is tried
 _NEAR = 0.02  # relative difference within which a family ends at a bifurcation
@@ -405,14 +406,18 @@ def _piecewise(spring: Spring) -> PiecewiseLinear | Hysteresis:
 
 
 def describing_points(frame: Frame, options: CycleOptions) -> list[tuple[float, ...]]:
-    """Cycles by the describing function, (amplitude, bias, speed, k): the least distorted first."""
+    """Cycles by the describing function, (amplitude, bias, speed, k): the least distorted first.
+
+    Those without any distortion are cycles of a linear system: Newton's method leads from them
+    to whatever round-off makes of it.
+    """
     curve = _describing(frame, options)
     order = np.argsort(np.nan_to_num(curve.distortion, nan=np.inf), kind="stable")
     mirrored = {one.number for one in curve.families if one.mirror_of is not None}
     return [
         (curve.amplitude[i], curve.bias[i], curve.speed[i], curve.k[i])
         for i in order
-        if curve.family[i] not in mirrored
+        if curve.family[i] not in mirrored and not curve.distortion[i] < _LINEAR
     ]
 
 

@@ -33,6 +33,7 @@ __all__ = ["Shooting", "Shot"]
 
 Array = NDArray[np.float64]
 
+_KEPT = 8  # shots: events are looked for between states that are used again
 _LOG_PERIOD = 5.0  # by which Newton's method may change ln T
 
 
@@ -86,8 +87,7 @@ class Shooting:
         self.loop, self.symmetric, self.reference, self.hold = loop, symmetric, reference, hold
         self._log_period: float | None = None
         self._sign = -1.0 if symmetric else 1.0
-        self._key: bytes = b""
-        self._shot: Shot
+        self._shots: dict[bytes, Shot] = {}
 
     def residual(self, q: Array) -> Array:
         """Shooting equations, (m+1,)."""
@@ -110,11 +110,14 @@ class Shooting:
         return self.loop.at(float(q[-1] * self.reference))
 
     def shot(self, q: Array) -> Shot:
-        """The equations at q; the last one is kept."""
+        """The equations at q; the last few are kept."""
         key = q.tobytes()
-        if key != self._key:
-            self._shot, self._key = self._shoot(np.asarray(q)), key
-        return self._shot
+        if key not in self._shots:
+            shot = self._shoot(np.asarray(q))
+            if len(self._shots) == _KEPT:
+                del self._shots[next(iter(self._shots))]
+            self._shots[key] = shot
+        return self._shots[key]
 
     def _shoot(self, q: Array) -> Shot:
         if self._log_period is None:
