@@ -9,9 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.orbits.cycles.follow import Place, Strand, between
-from aeroflutter.orbits.cycles.result import Bifurcation, Cycle, CycleFamily, CycleOnset
+from aeroflutter.orbits.result import (
+    Branch,
+    Cycle,
+    bifurcations,
+    onset,
+    stable_onset,
+)
 
-__all__ = ["Family", "assemble", "lowest"]
+__all__ = ["Family", "assemble"]
 
 Array = NDArray[np.float64]
 
@@ -36,7 +42,7 @@ class Family:
 
     strands: tuple[Strand, ...]
     places: tuple[Place, ...]
-    facts: CycleFamily
+    facts: Branch
 
     def steps(self) -> Iterator[tuple[Place, Place]]:
         """Neighbours of one leg as they were walked."""
@@ -87,17 +93,17 @@ def assemble(
         places += [replace(place, at=shift + place.at) for place in sides[0]]
     places = [replace(p, cycle=replace(p.cycle, family=number)) for p in places]
     cycles = [place.cycle for place in places]
-    facts = CycleFamily(
+    facts = Branch(
         number=number,
         origin=origin,
         symmetric=ahead.middle.leg.shooting.symmetric,
         parent=parent,
         cycles=tuple(cycle for cycle in cycles if _closes(cycle)),
-        bifurcations=_bifurcations(places),
-        stopped=(start, ahead.stop),
+        bifurcations=bifurcations(places, [_closes(cycle) for cycle in cycles]),
+        ends=(start, ahead.stop),
         closed=ahead.closed,
-        onset=_onset(places, range(len(places))),
-        stable_onset=_stable_onset(places),
+        onset=onset(places),
+        stable_onset=stable_onset(places),
     )
     return Family(tuple(strands), tuple(places), facts)
 
@@ -152,52 +158,3 @@ def _crowded(last: Place, place: Place, wanted: float) -> bool:
     if place.kind or last.kind or last.cycle.stable != place.cycle.stable:
         return False
     return bool(_spacing([last, place])[0] < _CROWDED * wanted)
-
-
-def _bifurcations(places: list[Place]) -> tuple[Bifurcation, ...]:
-    return tuple(
-        Bifurcation(kind=place.kind, cycle=place.cycle, stable_beside=_beside(places, i))
-        for i, place in enumerate(places)
-        if place.kind
-    )
-
-
-def _beside(places: list[Place], i: int) -> tuple[bool, bool]:
-    """Stability of the nearest plain cycles before and after a place."""
-    before = next((p for p in reversed(places[:i]) if not p.kind), None)
-    after = next((p for p in places[i + 1 :] if not p.kind), None)
-    return bool(before and before.cycle.stable), bool(after and after.cycle.stable)
-
-
-def _onset(places: list[Place], among: range | list[int]) -> CycleOnset:
-    i = min(among, key=lambda i: places[i].cycle.speed)
-    place = places[i]
-    kind = place.kind or "edge"
-    if kind == "grazing" and i in (0, len(places) - 1):
-        kind = "edge"
-    elif kind == "grazing" and _turns(places, i):
-        kind = "corner"
-    stable = any(_beside(places, i)) or (not place.kind and place.cycle.stable)
-    return CycleOnset(cycle=place.cycle, kind=kind, stable=stable)
-
-
-def _turns(places: list[Place], i: int) -> bool:
-    """Whether the speed has a minimum at a place."""
-    speeds = [place.cycle.speed for place in places[i - 1 : i + 2]]
-    return speeds[1] <= min(speeds[0], speeds[2])
-
-
-def _stable_onset(places: list[Place]) -> CycleOnset | None:
-    """The lowest of the stable cycles and of the bifurcations beside them."""
-    among: set[int] = set()
-    for i, place in enumerate(places):
-        if not place.kind and place.cycle.stable:
-            among.add(i)
-            among.update(j for j in (i - 1, i + 1) if 0 <= j < len(places) and places[j].kind)
-    return _onset(places, sorted(among)) if among else None
-
-
-def lowest(onsets: list[CycleOnset | None]) -> CycleOnset | None:
-    """The onset at the lowest speed."""
-    present = [onset for onset in onsets if onset is not None]
-    return min(present, key=lambda onset: onset.cycle.speed, default=None)

@@ -19,6 +19,7 @@ __all__ = ["Frame", "anchored", "cycle_at", "sizes_of", "switches_of", "trace_of
 Array = NDArray[np.float64]
 
 _SAMPLES = 512
+_HARMONICS = 16  # of a cycle that are kept
 _MOVED = 1e-9  # of the spring's size, that the memory of a nonlinear cycle moves
 _FLOOR = 1e-6  # least size of a state, relative to the largest
 
@@ -132,13 +133,16 @@ def cycle_at(frame: Frame, shooting: Shooting, q: Array, spectra: Spectra | None
     high = max(float(y.max()), float(np.max(trace.turns[:, 1], initial=-np.inf)))
     low = min(float(y.min()), float(np.min(trace.turns[:, 1], initial=np.inf)))
     spec = (spectra or Spectra(shooting, sizes))(q)
+    Y = 2 * np.fft.rfft(y)[:_HARMONICS] / y.size
+    Y[0] = 0.5 * Y[0].real + centre.pitch
     return Cycle(
-        speed=speed,
+        Y,
+        2 * np.pi / period,
+        speed,
+        method="exact",
         speed_ratio=speed / frame.flutter if frame.flutter else float("nan"),
         amplitude=0.5 * (high - low),
         bias=0.5 * (high + low) + centre.pitch,
-        first_harmonic=float(2 * abs(np.fft.rfft(y)[1]) / y.size),
-        period=period,
         multipliers=spec.multipliers,
         stable=spec.stable,
         symmetric=shooting.symmetric,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_point
 from aeroflutter.model.lure import FixedFamily, LureFamily
-from aeroflutter.orbits.cycles.assemble import Family, assemble, lowest
+from aeroflutter.orbits.cycles.assemble import Family, assemble
 from aeroflutter.orbits.cycles.centre import centre
 from aeroflutter.orbits.cycles.follow import (
     BACK,
@@ -32,6 +32,7 @@ from aeroflutter.orbits.cycles.seeds import converged, end_seeds, mirrors, sinus
 from aeroflutter.orbits.cycles.shooting import Shooting
 from aeroflutter.orbits.cycles.spectrum import critical_vector
 from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
+from aeroflutter.orbits.result import lowest
 from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
 
 __all__ = ["Search", "limit_cycles"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,13 +17,15 @@ from aeroflutter.orbits.describing.distortion import harmonics
 from aeroflutter.orbits.describing.families import Domain, Family, find_families
 from aeroflutter.orbits.describing.onset import family_facts
 from aeroflutter.orbits.describing.options import DescribingOptions
-from aeroflutter.orbits.describing.result import CycleFamily, DescribingCurve, Onset
+from aeroflutter.orbits.describing.result import CycleFamily, DescribingCurve
 from aeroflutter.orbits.describing.stability import stability
+from aeroflutter.orbits.result import Bifurcation, Cycle, lowest
 from aeroflutter.springs import Spring, simplify
 
 __all__ = ["describing_at", "describing_curve"]
 
 Array = NDArray[np.float64]
+Place = TypeVar("Place", bound=Bifurcation)
 
 _STATIONS = 100  # cycles along a family from which its onset is told where no curve is returned
 
@@ -175,14 +178,12 @@ class _Search:
         if not parts:
             parts = [self._points(None, 0, np.empty((0, 4)))]
         arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        onsets = [one.onset for one in self.numbered]
-        stable = [one.stable_onset for one in self.numbered if one.stable_onset]
         return DescribingCurve(
             **arrays,
             families=tuple(self.numbered),
             flutter_speed=self.flutter,
-            onset=_lowest(onsets),
-            stable_onset=_lowest(stable),
+            onset=lowest(one.onset for one in self.numbered),
+            stable_onset=lowest(one.stable_onset for one in self.numbered),
             amplitude_range=self.range,
             speed_range=self.speeds,
             notes=tuple(self.notes),
@@ -221,19 +222,20 @@ def _ascending(y: Array) -> Array:
     return y[::-1] if y[-1, AMPLITUDE] < y[0, AMPLITUDE] else y
 
 
-def _lowest(onsets: list[Onset]) -> Onset | None:
-    return min(onsets, key=lambda onset: onset.speed, default=None)
-
-
 def _mirrored(family: CycleFamily, number: int) -> CycleFamily:
-    def flip(onset: Onset) -> Onset:
-        return replace(onset, bias=-onset.bias, family=number)
+    def turn(cycle: Cycle) -> Cycle:
+        Y = cycle.Y * np.where(np.arange(cycle.Y.size) % 2, 1.0, -1.0)
+        return replace(cycle, Y=Y, bias=-cycle.bias, family=number)
+
+    def flip(at: Place) -> Place:
+        return replace(at, cycle=turn(at.cycle))
 
     return replace(
         family,
         number=number,
         mirror_of=family.number,
+        cycles=tuple(turn(cycle) for cycle in family.cycles),
         onset=flip(family.onset),
         stable_onset=flip(family.stable_onset) if family.stable_onset else None,
-        folds=tuple(flip(fold) for fold in family.folds),
+        bifurcations=tuple(flip(fold) for fold in family.bifurcations),
     )

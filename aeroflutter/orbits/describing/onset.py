@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.orbits.describing.balance import AMPLITUDE, SPEED
+from aeroflutter.orbits.describing.balance import SPEED
 from aeroflutter.orbits.describing.families import Family
-from aeroflutter.orbits.describing.result import CycleFamily, Onset
 from aeroflutter.orbits.describing.stability import stability
+from aeroflutter.orbits.result import CORNER, Branch, Cycle, Spot, onset, stable_onset
+from aeroflutter.orbits.spectrum import FOLD
 
 __all__ = ["family_facts"]
 
@@ -22,112 +23,110 @@ _BISECTIONS = 32
 
 def family_facts(
     family: Family, number: int, flutter: float | None, count: int
-) -> tuple[CycleFamily, Array]:
+) -> tuple[Branch, Array]:
     """What is known of a traced family, and `count` cycles along it (besides the marked ones)."""
-    facts = _Facts(family, number, flutter, count)
-    known = CycleFamily(
+    at, y = family.stations(count)
+    cycles = _cycles(family, number, flutter, y)
+    extrema = _extrema(family, at)
+    s, x, kinds = _marked(family, at, y, [cycle.stable for cycle in cycles], extrema)
+    marked = _cycles(family, number, flutter, x)
+    places = [Spot(cycle, kind) for cycle, kind in zip(marked, kinds, strict=True)]
+    return Branch(
         number=number,
-        biased=family.balance.biased,
-        mirror_of=None,
+        cycles=cycles,
+        bifurcations=tuple(onset(places, [int(i)]) for i in np.searchsorted(s, list(extrema))),
         ends=family.ends(),
         closed=family.branch.closed,
-        onset=facts.onset(),
-        stable_onset=facts.stable_onset(),
-        folds=facts.folds(),
-    )
-    return known, facts.y
+        onset=onset(places),
+        stable_onset=stable_onset(places),
+        symmetric=not family.balance.biased,
+        origin="describing function",
+    ), y
 
 
-class _Facts:
-    def __init__(self, family: Family, number: int, flutter: float | None, count: int) -> None:
-        self.family, self.number, self.flutter = family, number, flutter
-        self.at, self.y = family.stations(count)
-        self.ends = float(self.at[0]), float(self.at[-1])
-        self.extrema = self._extrema()
-
-    def onset(self) -> Onset:
-        """The lowest speed of all."""
-        ends = [(self.ends[0], self.y[0], "edge"), (self.ends[1], self.y[-1], "edge")]
-        place = min(self.extrema + ends, key=lambda place: float(place[1][SPEED]))
-        return self._onset(*place)
-
-    def folds(self) -> tuple[Onset, ...]:
-        """Every local extremum of the speed inside the family."""
-        return tuple(self._onset(*place) for place in self.extrema)
-
-    def _extrema(self) -> list[tuple[float, Array, str]]:
-        """Extrema of the speed along the curve; those at a kink of N are corners."""
-        first, last = self.ends
-        at, _, tangent = self.family.nodes()
-        found = []
-        for event in self.family.branch.events:
-            if event.name == "fold" and first + _END < event.arclength < last - _END:
-                i = int(np.searchsorted(at, event.arclength))
-                turning = np.abs(tangent[[i - 1, min(i + 1, len(at) - 1)], SPEED]).max()
-                if turning > _VERTICAL:
-                    kind = "corner" if event.jump else "fold"
-                    found.append((event.arclength, event.x, kind))
-        return found
-
-    def stable_onset(self) -> Onset | None:
-        """The lowest stable cycle, located by bisection where nothing else marks it."""
-        arclength, y = self.at, self.y
-        stable = self._stable(y)
-        chosen = np.flatnonzero(stable)
-        if chosen.size == 0:
-            return None
-        i = int(chosen[np.argmin(y[chosen, SPEED])])
-        places = [(float(arclength[i]), y[i], "edge")]
-        places += [
-            self._boundary(float(arclength[i]), float(arclength[j]))
-            for j in (i - 1, i + 1)
-            if 0 <= j < len(y) and not stable[j]
-        ]
-        place = min(places, key=lambda place: float(place[1][SPEED]))
-        return self._onset(*self._marked(place))
-
-    def _boundary(self, inside: float, outside: float) -> tuple[float, Array, str]:
-        """Where stability is lost between a stable and an unstable place."""
-        low, high = sorted((inside, outside))
-        for s, y, kind in self.extrema:
-            if low - _END <= s <= high + _END:
-                return s, y, kind
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (inside + outside)
-            y, _ = self.family.points(np.array([middle]))
-            inside, outside = (middle, outside) if self._stable(y)[0] else (inside, middle)
-        y, _ = self.family.points(np.array([inside]))
-        return inside, y[0], "edge"
-
-    def _marked(self, place: tuple[float, Array, str]) -> tuple[float, Array, str]:
-        """The extremum that a place coincides with, if it does."""
-        for extremum in self.extrema:
-            if abs(extremum[0] - place[0]) < _END:
-                return extremum
-        return place
-
-    def _stable(self, y: Array) -> NDArray[np.bool_]:
-        A, B, _, _ = self.family.balance.unpack(y)
-        d = self.family.balance.spring.describing(A, B)
-        return stability(self.family.balance, y, d).stable
-
-    def _onset(self, arclength: float, y: Array, kind: str) -> Onset:
-        sides = np.array([arclength - _BESIDE, arclength + _BESIDE])
-        inside = (sides > self.ends[0]) & (sides < self.ends[1])
-        beside = np.zeros(2, dtype=bool)
-        if inside.any():
-            near, _ = self.family.points(sides[inside])
-            larger = near[:, AMPLITUDE] > y[AMPLITUDE]
-            beside[larger.astype(int)] = self._stable(near)
-        A, B, U, k = (float(value) for value in self.family.balance.unpack(y))
-        return Onset(
-            speed=U,
-            speed_ratio=U / self.flutter if self.flutter else float("nan"),
-            amplitude=A,
-            bias=B,
-            k=k,
-            kind=kind,
-            stable=bool(beside.any()),
-            beside=(bool(beside[0]), bool(beside[1])),
-            family=self.number,
+def _cycles(family: Family, number: int, flutter: float | None, y: Array) -> tuple[Cycle, ...]:
+    """Cycles of unknowns y (m, 4)."""
+    balance = family.balance
+    A, B, U, k = balance.unpack(y)
+    stable = stability(balance, y, balance.spring.describing(A, B)).stable
+    return tuple(
+        Cycle(
+            np.array([bias, -1j * amplitude]),
+            omega,
+            speed,
+            speed_ratio=speed / (flutter or np.nan),
+            amplitude=amplitude,
+            bias=bias,
+            stable=flag,
+            symmetric=not balance.biased,
+            family=number,
+            method="describing",
         )
+        for amplitude, bias, speed, omega, flag in zip(
+            *(value.tolist() for value in (A, B, U, k, stable)), strict=True
+        )
+    )
+
+
+def _extrema(family: Family, at: Array) -> dict[float, str]:
+    """Arclengths of the extrema of the speed inside the curve; those at a kink of N are corners."""
+    nodes, _, tangent = family.nodes()
+    found = {}
+    for event in family.branch.events:
+        if event.name == "fold" and at[0] + _END < event.arclength < at[-1] - _END:
+            i = int(np.searchsorted(nodes, event.arclength))
+            turning = np.abs(tangent[[i - 1, min(i + 1, len(nodes) - 1)], SPEED]).max()
+            if turning > _VERTICAL:
+                found[event.arclength] = CORNER if event.jump else FOLD
+    return dict(sorted(found.items()))
+
+
+def _marked(
+    family: Family, at: Array, y: Array, stable: list[bool], extrema: dict[float, str]
+) -> tuple[Array, Array, list[str]]:
+    """Places from which the onsets can be told: arclengths, unknowns, and what happens there.
+
+    They are the stations, the extrema with a cycle close by on either side, and where the lowest
+    stable cycles end.
+    """
+    ends = float(at[0]), float(at[-1])
+    near = np.array([s + side for s in (*ends, *extrema) for side in (-_BESIDE, _BESIDE)])
+    near = near[(near > ends[0]) & (near < ends[1])]
+    more = [*near, *_boundaries(family, at, y, stable, list(extrema))]
+    found, converged = family.points(np.array(more)) if more else (y[:0], np.empty(0, dtype=bool))
+    s = np.concatenate((at, np.array(more)[converged]))
+    order = np.argsort(s, kind="stable")
+    s = s[order]
+    return s, np.concatenate((y, found[converged]))[order], [extrema.get(one, "") for one in s]
+
+
+def _boundaries(
+    family: Family, at: Array, y: Array, stable: list[bool], extrema: list[float]
+) -> list[float]:
+    """Arclengths at which the lowest stable cycles cease to be stable where nothing marks it."""
+    chosen = np.flatnonzero(stable)
+    if chosen.size == 0:
+        return []
+    i = int(chosen[np.argmin(y[chosen, SPEED])])
+    found = []
+    for j in (i - 1, i + 1):
+        if not 0 <= j < len(y) or stable[j]:
+            continue
+        low, high = sorted((float(at[i]), float(at[j])))
+        if not any(low - _END <= s <= high + _END for s in extrema):
+            found.append(_boundary(family, float(at[i]), float(at[j])))
+    return found
+
+
+def _boundary(family: Family, inside: float, outside: float) -> float:
+    """Where stability is lost between a stable and an unstable place, on the stable side."""
+    balance = family.balance
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        y, _ = family.points(np.array([middle]))
+        A, B, _, _ = balance.unpack(y)
+        if stability(balance, y, balance.spring.describing(A, B)).stable[0]:
+            inside = middle
+        else:
+            outside = middle
+    return inside

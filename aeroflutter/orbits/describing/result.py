@@ -7,76 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.orbits.result import Branch as CycleFamily
+from aeroflutter.orbits.result import Onset
+
 __all__ = ["CycleFamily", "DescribingCurve", "Onset"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Onset:
-    """An extreme of a family of cycles.
-
-    Attributes
-    ----------
-    speed, speed_ratio
-        U* and U*/U*_L (NaN without a flutter speed).
-    amplitude, bias
-        Radians.
-    k
-        Reduced frequency.
-    kind
-        "fold" (the speed has a smooth extremum), "corner" (the describing function has a kink),
-        "edge" (the family ends, or changes its stability by another root, here).
-    stable
-        Whether there are stable cycles beside it.
-    beside
-        Stability of the cycles just below and just above it in amplitude.
-    family
-        Number of the family.
-    """
-
-    speed: float
-    speed_ratio: float
-    amplitude: float
-    bias: float
-    k: float
-    kind: str
-    stable: bool
-    beside: tuple[bool, bool]
-    family: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class CycleFamily:
-    """One curve of cycles.
-
-    Attributes
-    ----------
-    number
-        Its number, from 1, by lowest speed.
-    biased
-        Whether it solves the balance of the mean with a free bias.
-    mirror_of
-        For the mirror image of a biased family of an odd spring, the number of the original.
-    ends
-        Why the curve ends, at either end.
-    closed
-        Whether it is a closed loop.
-    onset, stable_onset
-        Its lowest cycle, and its lowest stable cycle if there is one.
-    folds
-        Every local extremum of the speed, corners included.
-    """
-
-    number: int
-    biased: bool
-    mirror_of: int | None
-    ends: tuple[str, str]
-    closed: bool
-    onset: Onset
-    stable_onset: Onset | None
-    folds: tuple[Onset, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

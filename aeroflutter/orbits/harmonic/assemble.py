@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.orbits.continuation import Event, State
-from aeroflutter.orbits.harmonic.balance import Balance, Cycle
-from aeroflutter.orbits.harmonic.result import Bifurcation, HarmonicBranch, HarmonicOnset
+from aeroflutter.orbits.harmonic.balance import Balance
+from aeroflutter.orbits.harmonic.result import HarmonicBranch
 from aeroflutter.orbits.harmonic.stability import Stability
 from aeroflutter.orbits.harmonic.walk import CORNERS, Curve
+from aeroflutter.orbits.result import (
+    CORNER,
+    EDGE,
+    Cycle,
+    Onset,
+    Spot,
+    bifurcations,
+    onset,
+    stable_onset,
+)
 from aeroflutter.orbits.spectrum import FLIP, FOLD, TORUS
 
 __all__ = ["assemble"]
@@ -28,46 +40,64 @@ def assemble(
     number: int,
 ) -> HarmonicBranch:
     """The result of a followed curve."""
-    cycles = tuple(balance.unpack(state.x) for state in curve.states)
-    speed = np.array([cycle.speed for cycle in cycles])
-    ratio = speed / flutter if flutter else np.full(speed.shape, np.nan)
+    unit = flutter or np.nan
     truncation = np.array([balance.truncation(state.x) for state in curve.states])
+    plain = [_measured(balance, state.x, unit, number) for state in curve.states]
     answers = [balance.answer(state.x) for state in curve.states]
-    ends = np.array([answer.extremes for answer in answers])
-    if balance.symmetric:  # but for round-off
-        ends = 0.5 * (ends - ends[:, ::-1])
-    first = np.array([cycle.first_harmonic for cycle in cycles])
+    first = np.array([cycle.first_harmonic for cycle in plain])
     margin = np.array([answer.margin for answer in answers]) / first
     multipliers, error, is_stable, certain = _stability(balance, curve.states, stability, margin)
-    amplitude = 0.5 * (ends[:, 1] - ends[:, 0])
-    bifurcations = _bifurcations(balance, curve, stability, flutter)
-    onsets = _Onsets(cycles, ratio, amplitude, is_stable, bifurcations, stability is not None)
+    cycles = tuple(
+        replace(cycle, multipliers=values, stable=bool(flag))
+        for cycle, values, flag in zip(plain, multipliers, is_stable, strict=True)
+    )
+    found = _events(balance, curve, stability, unit, number)
+    places: list[Spot] = []
+    for i, cycle in enumerate(cycles):
+        places += [Spot(event, kind) for kind, event, index in found if index == i]
+        places.append(Spot(cycle))
+    known = stability is not None
+    lowest_stable = stable_onset(places) if known else None
     return HarmonicBranch(
+        number=number,
         cycles=cycles,
-        speed=speed,
-        speed_ratio=ratio,
-        omega=np.array([cycle.omega for cycle in cycles]),
-        period=np.array([cycle.period for cycle in cycles]),
-        amplitude=amplitude,
-        bias=0.5 * (ends[:, 1] + ends[:, 0]),
-        first_harmonic=first,
+        bifurcations=bifurcations(places, [not place.kind for place in places]),
+        ends=curve.stops,
+        closed=curve.closed,
+        onset=_plainly(onset(places), known=known),
+        stable_onset=lowest_stable and _plainly(lowest_stable),
+        symmetric=balance.symmetric,
         truncation=truncation,
         margin=margin,
-        multipliers=multipliers,
         multiplier_error=error,
-        stable=is_stable,
         certain=certain,
-        symmetric=balance.symmetric,
         harmonics=int(balance.ks[-1]),
         converged=bool(np.all(truncation <= tolerance)),
-        bifurcations=bifurcations,
-        onset=onsets.lowest(),
-        stable_onset=onsets.lowest_stable(),
         flutter_speed=flutter,
-        stops=curve.stops,
-        closed=curve.closed,
+    )
+
+
+def _measured(balance: Balance, x: Real, unit: float, number: int) -> Cycle:
+    """The cycle of unknowns x with what is measured on its motion."""
+    cycle = balance.unpack(x)
+    low, high = balance.answer(x).extremes
+    if balance.symmetric:  # but for round-off
+        high = 0.5 * (high - low)
+        low = -high
+    return replace(
+        cycle,
+        speed_ratio=cycle.speed / unit,
+        amplitude=0.5 * (high - low),
+        bias=0.5 * (high + low),
+        symmetric=balance.symmetric,
         family=number,
     )
+
+
+def _plainly(found: Onset, *, known: bool = True) -> Onset:
+    """An onset whose kind is fold, corner or edge, and whose stability may be unknown."""
+    kind = found.kind if found.kind in (FOLD, CORNER) else EDGE
+    return replace(found, kind=kind, stable=found.stable if known else None)
 
 
 def _stability(
@@ -91,9 +121,10 @@ def _stability(
     )
 
 
-def _bifurcations(
-    balance: Balance, curve: Curve, stability: Stability | None, flutter: float | None
-) -> tuple[Bifurcation, ...]:
+def _events(
+    balance: Balance, curve: Curve, stability: Stability | None, unit: float, number: int
+) -> list[tuple[str, Cycle, int]]:
+    """What happens along a curve, in order: kind, cycle, and the state before which it lies."""
     arclength = np.array([state.arclength for state in curve.states])
     corners = [event.arclength for event in curve.events if event.name in CORNERS]
     found = []
@@ -103,19 +134,9 @@ def _bifurcations(
             continue
         if kind == "grazing" and any(abs(event.arclength - at) < 1e-6 for at in corners):
             continue  # the multipliers jump because of the corner
-        cycle = balance.unpack(event.x)
-        low, high = balance.answer(event.x).extremes
-        found.append(
-            Bifurcation(
-                kind=kind,
-                cycle=cycle,
-                speed_ratio=cycle.speed / flutter if flutter else np.nan,
-                amplitude=0.5 * (high - low),
-                bias=0.5 * (high + low),
-                index=int(np.searchsorted(arclength, event.arclength)),
-            )
-        )
-    return tuple(found)
+        cycle = _measured(balance, event.x, unit, number)
+        found.append((kind, cycle, int(np.searchsorted(arclength, event.arclength))))
+    return found
 
 
 def _kind(event: Event, stability: Stability | None) -> str:
@@ -123,50 +144,4 @@ def _kind(event: Event, stability: Stability | None) -> str:
         return stability.kind(event) if stability else ""
     if event.name == FOLD:
         return "" if event.jump else FOLD
-    return "corner"
-
-
-class _Onsets:
-    """Where the speed is lowest, and of what kind that place is."""
-
-    def __init__(
-        self,
-        cycles: tuple[Cycle, ...],
-        ratio: Real,
-        amplitude: Real,
-        is_stable: NDArray[np.bool_],
-        bifurcations: tuple[Bifurcation, ...],
-        known: bool,
-    ) -> None:
-        self.known, self.last = known, len(cycles) - 1
-        self.is_stable = is_stable
-        self.places: list[tuple[str, Cycle, float, float, tuple[int, int]]] = [
-            (b.kind, b.cycle, b.speed_ratio, b.amplitude, (max(b.index - 1, 0), b.index))
-            for b in bifurcations
-        ]
-        self.places += [
-            ("edge", cycle, r, a, (i, i))
-            for i, (cycle, r, a) in enumerate(zip(cycles, ratio, amplitude, strict=True))
-        ]
-
-    def lowest(self) -> HarmonicOnset:
-        return self._onset(min(self.places, key=lambda place: place[1].speed))
-
-    def lowest_stable(self) -> HarmonicOnset | None:
-        stable = [place for place in self.places if any(self._beside(place[4]))]
-        if not stable or not self.known:
-            return None
-        return self._onset(min(stable, key=lambda place: place[1].speed))
-
-    def _beside(self, ends: tuple[int, int]) -> list[bool]:
-        return [bool(self.is_stable[min(i, self.last)]) for i in ends]
-
-    def _onset(self, place: tuple[str, Cycle, float, float, tuple[int, int]]) -> HarmonicOnset:
-        kind, cycle, ratio, amplitude, ends = place
-        return HarmonicOnset(
-            kind=kind if kind in ("fold", "corner") else "edge",
-            cycle=cycle,
-            speed_ratio=float(ratio),
-            amplitude=float(amplitude),
-            stable=any(self._beside(ends)) if self.known else None,
-        )
+    return CORNER

@@ -12,14 +12,13 @@ Time starts where the first harmonic is a rising sine, Y_1 = -jA. The unknowns a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.model.lure import LureFamily, inverse_transfer, inverse_transfer_gradient
 from aeroflutter.orbits.harmonic.moment import Answer, answer
+from aeroflutter.orbits.result import Cycle
 from aeroflutter.springs import Spring
 
 __all__ = ["Balance", "Cycle", "harmonics"]
@@ -31,35 +30,6 @@ Index = NDArray[np.intp]
 AMPLITUDE, FREQUENCY, SPEED = 0, -2, -1
 
 _FLAT = 1e-12  # a mean balance whose whole row is below this holds on an interval of the mean
-
-
-@dataclass(frozen=True, eq=False)
-class Cycle:
-    """A periodic motion y = Re Σ Y_k e^(jkωτ) at one speed.
-
-    Attributes
-    ----------
-    Y
-        Harmonics 0 … H, radians; Y_1 = -jA.
-    omega
-        Reduced frequency k.
-    speed
-        U*.
-    """
-
-    Y: Complex
-    omega: float
-    speed: float
-
-    @property
-    def first_harmonic(self) -> float:
-        """Amplitude of the first harmonic, radians."""
-        return float(abs(self.Y[1]))
-
-    @property
-    def period(self) -> float:
-        """Period in τ."""
-        return float(2 * np.pi / self.omega)
 
 
 def harmonics(count: int, symmetric: bool) -> Index:
