@@ -226,9 +226,9 @@ def _look(run: _Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return run.Z[:, 0].copy(), h[:, 0].copy(), jacobian
 
 
-def _values(run: _Run, i: int, guard: Guard, M, R, Z) -> tuple[float, float, float]:
-    """A guard, its first and its second derivative at a state Z."""
-    rate = M @ Z[:, 0] + R[:, 0]
+def _values(run: _Run, i: int, guard: Guard, M, R, Z):
+    """A guard, its first and its second derivative at a state Z, or at several."""
+    rate = ((M @ Z[:, 0]).T + R[:, 0]).T
     second = M @ rate
     c = guard.side * run.system.C[i]
     if guard.rate:
@@ -236,13 +236,11 @@ def _values(run: _Run, i: int, guard: Guard, M, R, Z) -> tuple[float, float, flo
     return c @ Z[:, 0] - guard.side * guard.level, c @ rate, c @ second
 
 
-def _sizes(run: _Run, i: int, guard: Guard, M, R, Z) -> tuple[float, float]:
-    """What round-off in a guard and in its derivative is relative to."""
-    c, x = np.abs(run.system.C[i]), np.abs(Z[:, 0])
-    rate = np.abs(M) @ x + np.abs(R[:, 0])
-    if guard.rate:
-        return c @ rate, c @ (np.abs(M) @ rate)
-    return c @ x + abs(guard.level), c @ rate
+def _sizes(run: _Run, i: int, guard: Guard, M, Z) -> tuple[float, float]:
+    """What round-off in a guard and in its derivative is relative to: y, and y a time scale."""
+    size = np.abs(run.system.C[i]) @ np.abs(Z[:, 0]) + abs(guard.level)
+    rate = float(np.linalg.norm(M, 2))
+    return (rate * size, rate**2 * size) if guard.rate else (size, rate * size)
 
 
 def _settle(run: _Run) -> None:
@@ -251,8 +249,9 @@ def _settle(run: _Run) -> None:
         leaving = _leaving(run)
         if leaving is None:
             return
+        speed = _speed(run, *leaving, *run.straight(), run.Z)
         run.switch(*leaving)
-        run.record(*leaving, 0.0)
+        run.record(*leaving, speed)
     raise AssertionError("modes without end at one moment")
 
 
@@ -261,7 +260,7 @@ def _leaving(run: _Run) -> tuple[int, Guard] | None:
     for i in range(len(run.springs)):
         for guard in run.guards(i):
             value, first, second = _values(run, i, guard, M, R, run.Z)
-            room, slow = (ROUND * size for size in _sizes(run, i, guard, M, R, run.Z))
+            room, slow = (ROUND * size for size in _sizes(run, i, guard, M, run.Z))
             if value <= room and (first < -slow or (abs(first) <= slow and second < 0)):
                 return i, guard
     return None
@@ -307,8 +306,12 @@ def _earliest(run: _Run, M, R, dense, start: float, end: float):
     """Spring, guard and time of the first guard met on a step, or None."""
     best = None
     times = start + SAMPLES * (end - start)
+    Z = dense(times).reshape(*run.Z.shape, times.size)
     for i in range(len(run.springs)):
         for guard in run.guards(i):
+            value, slope = _values(run, i, guard, M, R, Z)[:2]
+            if np.all(value[1:] >= 0) and not np.any((slope[:-1] < 0) & (slope[1:] > 0)):
+                continue
             time = _met(run, i, guard, M, R, dense, times)
             if time is not None and (best is None or time < best[2]):
                 best = (i, guard, time)
@@ -325,17 +328,19 @@ def _met(run: _Run, i: int, guard: Guard, M, R, dense, times) -> float | None:
     def slope(t):
         return _values(run, i, guard, M, R, dense(t).reshape(shape))[1]
 
-    size = _sizes(run, i, guard, M, R, run.Z)[0]
+    size = _sizes(run, i, guard, M, run.Z)[0]
+    room = ROUND * size
     g = np.array([value(t) for t in times])
     for a, b, ga, gb in zip(times[:-1], times[1:], g[:-1], g[1:], strict=True):
+        edge = 0.0 if ga > room else -room  # about to leave its edge: round-off is no way back
         falls, rises = slope(a) < 0, slope(b) > 0
         if falls and rises:  # a least value in between
             low = scipy.optimize.brentq(slope, a, b, xtol=1e-15, rtol=ROUND)
-            if ga > ROUND * size:
+            if ga > room:
                 run.clearance = min(run.clearance, abs(value(low)) / size)
-            if ga > 0 and value(low) < 0:
+            if ga > 0 and value(low) < edge:
                 return scipy.optimize.brentq(value, a, low, xtol=1e-15, rtol=ROUND)
-        if gb < 0:
+        if gb < edge:
             if ga <= 0:  # from zero up and down again
                 a = scipy.optimize.brentq(slope, a, b, xtol=1e-15, rtol=ROUND) if not falls else a
                 if value(a) <= 0:
@@ -356,10 +361,14 @@ def _located(run: _Run, i: int, guard: Guard, M, R, Z, near: float):
                 break  # nearly tangent: the interpolant's word is as good
         Z = _one_step(M, R, Z, step).reshape(shape)
         taken += step
+    return taken, Z, _speed(run, i, guard, M, R, Z)
+
+
+def _speed(run: _Run, i: int, guard: Guard, M, R, Z) -> float:
+    """How fast a guard falls, over the fastest possible; negative where it grazes."""
     _, first, _ = _values(run, i, guard, M, R, Z)
     norm, size = np.linalg.norm(M, 2), max(run.size, float(np.abs(Z[:, 0]).max()))
-    fastest = norm ** (2 if guard.rate else 1) * size * np.linalg.norm(run.system.C[i])
-    return taken, Z, -first / fastest
+    return -first / (norm ** (2 if guard.rate else 1) * size * np.linalg.norm(run.system.C[i]))
 
 
 def _one_step(M, R, Z, h: float) -> np.ndarray:
@@ -395,6 +404,18 @@ def cases(count: int, seed: int = 14) -> list[Case]:
         kinds = KINDS[pair // 4], KINDS[pair % 4]
         found.append(makers[number % len(makers)](rng, kinds, number))
     return found
+
+
+def loops_case(seed: int) -> Case:
+    """A section with two loops that starts inside both, where a small change is a small change."""
+    rng = np.random.default_rng((77, seed))
+    speed = rng.uniform(3, 5.5)
+    system = section(rng, speed)
+    springs = [spring(rng, "hysteresis") for _ in range(2)]
+    memory = np.array([s.h_low + rng.uniform(0.3, 0.7) * (s.h_high - s.h_low) for s in springs])
+    y = memory + np.array([s.v2 + rng.uniform(0.3, 0.7) * (s.v1 - s.v2) for s in springs])
+    x = np.concatenate((y, 0.5 * rng.normal(size=2), [0, 0]))
+    return Case(f"loops {seed}", system, tuple(springs), x, memory, np.array([40 * speed]))
 
 
 def section(rng: np.random.Generator, speed: float) -> System:
@@ -457,10 +478,6 @@ def _case(name, rng, system, springs, kinds, duration, x=None) -> Case:
     x = rng.normal(size=len(system.A)) if x is None else x
     loops = [one for one in springs if isinstance(one, Loop)]
     memory = np.array([rng.uniform(one.h_low, one.h_high) for one in loops])
-    for i, loop in enumerate(loops):  # what the law makes of it at once
-        y = (system.C @ x)[next(k for k, one in enumerate(springs) if one is loop)]
-        slid = np.clip(memory[i], y - loop.v1, y - loop.v2)
-        memory[i] = np.clip(slid, loop.h_low, loop.h_high)
     name = f"{name}: {kinds[0]} and {kinds[1]}"
     return Case(name, system, tuple(springs), x, memory, duration * np.array([0.31, 0.72, 1.0]))
 

@@ -21,6 +21,7 @@ from pathlib import Path
 from tests.mutants import ROOT, Mutant, mutants
 
 PASSED, FAILED = 0, 1  # pytest's exit codes; others say that it could not run the tests
+PATIENCE = 300.0  # seconds until a mutant hangs, which is a way to be noticed
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -98,7 +99,12 @@ def run(copy: Path, tests: Sequence[str], compiled: bool, kept: Path) -> int:
         "OPENBLAS_NUM_THREADS": "1",
     }
     words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider"]
-    done = subprocess.run([*words, *tests], cwd=copy, env=environment, capture_output=True)
+    try:
+        done = subprocess.run(
+            [*words, *tests], cwd=copy, env=environment, capture_output=True, timeout=PATIENCE
+        )
+    except subprocess.TimeoutExpired:
+        return FAILED
     if done.returncode not in (PASSED, FAILED):
         sys.stdout.write(done.stdout.decode() + done.stderr.decode())
     return done.returncode
