@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import control
 import numpy as np
@@ -28,6 +29,7 @@ from aeroflutter.model.lure import SectionFamily, SpringFamily
 from aeroflutter.model.section import Flap, FlapSI, TypicalSection
 from aeroflutter.motion import simulate
 from aeroflutter.motion.response import Initial, SimulateOptions
+from aeroflutter.report.sketch import sketch
 
 SI = {
     "m": 1.558,
@@ -396,3 +398,14 @@ def test_command_line_speaks_of_the_flap(capsys):
 def _json(capsys, *words):
     main([*words, "--json"])
     return json.loads(capsys.readouterr().out)
+
+
+def test_sketch_shows_the_flap():
+    drawn = sketch(CONNER, "freeplay", "flap")
+    assert "on a heave spring and a pitch spring" in drawn
+    assert "Flap on a freeplay spring, its hinge 0.5 semi-chords behind mid-chord." in drawn
+    assert drawn.count('class="flap"') == 1
+    ElementTree.fromstring(drawn)
+    plain = sketch(replace(CONNER, flap=None), "freeplay")
+    assert "and a freeplay pitch spring" in plain
+    assert "flap" not in plain.lower()

@@ -123,7 +123,9 @@ def _results(found: Analyses) -> dict[str, Any]:
 def _section(found: Analyses) -> dict[str, float | None]:
     section = found.case.section
     names = ("mu", "a_h", "x_alpha", "r_alpha", "omega_bar", "zeta_alpha", "zeta_xi")
-    return {name: getattr(section, name) for name in names}
+    flap = {} if section.flap is None else vars(section.flap)
+    supports = {} if section.heave_mass == 1.0 else {"heave_mass": section.heave_mass}
+    return {name: getattr(section, name) for name in names} | supports | flap
 
 
 def _locus(found: Analyses) -> dict[str, Any]:

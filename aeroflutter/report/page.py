@@ -72,7 +72,7 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
         script=text["figures.js"] + text["page.js"],
         plotly=base64.b64encode(packed).decode("ascii"),
         data=_json(drawn),
-        sketch=sketch(case.section, case.spring.kind),
+        sketch=sketch(case.section, case.spring.kind, case.model().names[0]),
         facts=_facts(content["facts"]),
         notes=_notes(content["notes"]),
         parameters=_facts((name, f"{value:g}") for name, value in content["section"].items()),

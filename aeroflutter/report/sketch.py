@@ -17,21 +17,29 @@ _LEFT, _MIDDLE = 60.0, 108.0  # leading edge and chord line
 _THICKNESS = (0.2969, -0.1260, -0.3516, 0.2843, -0.1036)  # of a NACA four-digit section, closed
 
 
-def sketch(section: TypicalSection, spring: str) -> str:
+def sketch(section: TypicalSection, spring: str, at: str = "pitch") -> str:
     """An SVG of the section for a page; colours come from the page's style.
 
     Parameters
     ----------
     section : TypicalSection
     spring : str
-        Kind of the pitch spring, for the description.
+        Kind of the nonlinear spring, for the description.
+    at : str
+        Its coordinate.
     """
     axis, mass = section.a_h, section.a_h + section.x_alpha
     words = (
-        f"Airfoil section on a heave spring and a {spring} pitch spring, flow from the left. "
+        f"Airfoil section on a {_kind('heave', spring, at)}heave spring and a "
+        f"{_kind('pitch', spring, at)}pitch spring, flow from the left. "
         f"Elastic axis {axis:g} semi-chords behind mid-chord, centre of mass "
         f"{section.x_alpha:g} behind the elastic axis."
     )
+    if section.flap:
+        words += (
+            f" Flap on a {_kind('flap', spring, at)}spring, its hinge {section.flap.hinge:g} "
+            "semi-chords behind mid-chord."
+        )
     parts = [
         f'<svg viewBox="0 8 390 202" role="img" aria-labelledby="sketch-words" class="sketch">'
         f'<title id="sketch-words">{escape(words)}</title>',
@@ -40,6 +48,7 @@ def sketch(section: TypicalSection, spring: str) -> str:
         _heave_spring(_x(axis)),
         _pitch_spring(_x(axis)),
         f'<circle class="mark solid" cx="{_x(axis):.1f}" cy="{_MIDDLE}" r="4.5"/>',
+        *(_flap(section.flap.hinge) if section.flap else ()),
         _centre_of_mass(_x(mass)),
         '<path class="flow" d="M8 60h34m-7-4 7 4-7 4M8 156h34m-7-4 7 4-7 4"/>',
         '<text x="8" y="50">V</text>',
@@ -47,6 +56,24 @@ def sketch(section: TypicalSection, spring: str) -> str:
         "</svg>",
     ]
     return "".join(parts)
+
+
+def _kind(coordinate: str, spring: str, at: str) -> str:
+    return f"{spring} " if coordinate == at else ""
+
+
+def _flap(hinge: float) -> tuple[str, str]:
+    """The hinge, and the flap's chord let down by a fifth of a radian, with its own spring."""
+    x, length = _x(hinge), _CHORD * (1.0 - hinge)
+    turn = np.linspace(0.0, 2.5 * np.pi, 40)
+    radius = 3.0 + 0.9 * turn
+    points = zip(x + radius * np.cos(turn), _MIDDLE + radius * np.sin(turn), strict=True)
+    spiral = "L".join(f"{a:.1f} {b:.1f}" for a, b in points)
+    return (
+        f'<path class="spring" d="M{spiral}"/>',
+        f'<path class="flap" d="M{x:.1f} {_MIDDLE}l{length * np.cos(0.2):.1f} '
+        f'{length * np.sin(0.2):.1f}"/><circle class="mark" cx="{x:.1f}" cy="{_MIDDLE}" r="3"/>',
+    )
 
 
 def _x(semi_chords: float) -> float:

@@ -43,10 +43,11 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def copied(folder: Path) -> Path:
-    """The package with its generated modules and its tests, away from the repository."""
+    """The package, its generated modules, the derivation and the tests, in a place apart."""
     without = shutil.ignore_patterns("__pycache__")
     shutil.copytree(ROOT / "aeroflutter", folder / "aeroflutter", ignore=without)
     shutil.copytree(ROOT / "generated", folder / "aeroflutter" / "generated", ignore=without)
+    shutil.copytree(ROOT / "derive", folder / "derive", ignore=without)
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=without)
     shutil.copy(ROOT / "pyproject.toml", folder)
     return folder
