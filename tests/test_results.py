@@ -20,6 +20,7 @@ from aeroflutter.case import Case, load_case
 from aeroflutter.errors import InputError
 from aeroflutter.guarantees import guarantees
 from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
+from aeroflutter.guarantees.onset import onset
 from aeroflutter.linear.rootlocus import root_locus
 from aeroflutter.motion.chaos import ChaosOptions, chaos, chaos_scan
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
@@ -140,6 +141,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "LimitCycles": lambda: limit_cycles(case().family(), case().spring, OPTIONS),
     "CyclesAt": lambda: cycles_at(case().family(), case().spring, 0.95 * U_L, OPTIONS),
     "Tolerance": lambda: tolerance(case().family(), case().spring, 0.95, 0.02, OPTIONS),
+    "Onset": lambda: onset(load_case("run100").family(), load_case("run100").spring, any_load=True),
     "Response": response,
     "Run": run,
     "Sweep": lambda: one_pass().sweep,
@@ -175,6 +177,7 @@ PREFIXES = {  # of the variables that hold a list of records; facts have none
     "harmonics": "",
     "path": "",
     "describing": "",
+    "pieces": "piece_",
 }
 NAMES = {  # that differ on purpose
     "mirrored": "odd",

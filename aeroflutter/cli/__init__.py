@@ -26,6 +26,7 @@ COMMANDS = {
     "cases": "List the built-in cases.",
     "init": "Write a commented case file to start from.",
     "validate": "Check a case file and say what it describes.",
+    "onset": "Where oscillation begins: free below a speed by proof, and the lowest cycle.",
     "rootlocus": "Linear flutter and divergence: roots against airspeed.",
     "df": "Limit cycles by describing functions: amplitude against airspeed.",
     "lco": "Every limit cycle, stable or not, exactly; bifurcations located.",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from aeroflutter.errors import InputError
-from aeroflutter.results import cycles, motions, studies
+from aeroflutter.results import cycles, motions, proofs, studies
 from aeroflutter.results.schema import Layout, Many, One, Value, layout
 
 __all__ = ["layout_of"]
@@ -27,7 +27,12 @@ ROOT_LOCUS = layout(
 )
 
 # By the names of classes, so that no analysis is imported for it
-LAYOUTS: dict[str, Layout] = {"RootLocus": ROOT_LOCUS, **cycles.LAYOUTS, **motions.LAYOUTS}
+LAYOUTS: dict[str, Layout] = {
+    "RootLocus": ROOT_LOCUS,
+    **cycles.LAYOUTS,
+    **motions.LAYOUTS,
+    **proofs.LAYOUTS,
+}
 WRAPPED: dict[str, Callable[[Any], Any]] = {
     "HarmonicBranch": lambda one: cycles.Branches((one,)),
     "Sweep": motions.Pass,

@@ -1,0 +1,107 @@
+"""`aeroflutter onset`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts, target_problems
+from aeroflutter.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from aeroflutter.case import Case
+    from aeroflutter.guarantees.onset import Onset
+    from aeroflutter.orbits.cycles import CycleOnset
+
+
+def onset(
+    case: CaseName,
+    *,
+    any_load: Annotated[
+        bool,
+        Parameter(
+            name="--any-load",
+            negative=(),
+            show_default=False,
+            help="What is free whatever the steady load, and no cycle, since those move with it.",
+        ),
+    ] = False,
+    certificate: Annotated[
+        Path | None,
+        Parameter(name="--certificate", help="Save the proof in this JSON file."),
+    ] = None,
+    options: CaseOptions = CaseOptions(),
+    output: Output = Output(),
+) -> None:
+    """Where oscillation begins: free below a speed by proof, and the lowest limit cycle.
+
+    Below the first speed nothing oscillates, whatever the start, the starting memory and the
+    steady load; every frequency and every speed is covered by a separate checker in exact and
+    interval arithmetic. At the second an exact limit cycle has been found. Between them is what
+    is not known.
+    """
+    from aeroflutter.guarantees.onset import onset as find
+
+    output.check()
+    problems = target_problems("--certificate", certificate, (".json",))
+    if problems:
+        raise InputError(problems)
+    loaded = options.load(case)
+    result = find(loaded.family(), loaded.spring, any_load=any_load)
+    if certificate is not None and result.free is not None and result.free.certificate:
+        result.free.certificate.save(certificate)
+    output.result(
+        loaded,
+        lambda: result,
+        text=lambda: _print(loaded, result),
+        figure=lambda: _figure(loaded, result),
+    )
+
+
+def _print(case: Case, result: Onset) -> None:
+    print(case.title)
+    divergence = result.linear.divergence
+    facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
+    if divergence is not None:
+        facts["divergence U*"] = divergence
+    facts["proved free"] = _proved(result)
+    facts["lowest cycle"] = _cycle(result.lowest)
+    facts["lowest stable cycle"] = _cycle(result.lowest_stable)
+    if result.gap is not None:
+        facts["between"] = f"{100.0 * result.gap:.3g} % of the speed of the lowest cycle"
+    show_facts(facts)
+    for note in result.notes:
+        print(f"note: {note}")
+
+
+def _proved(result: Onset) -> str | None:
+    free, unit = result.free, result.flutter_speed
+    if free is None or result.free_below is None:
+        return None
+    name = "U*" if unit is None else "U*/U*_L"
+    low, high = free.low / (unit or 1.0), free.high / (unit or 1.0)
+    start = "every speed" if low == 0.0 else f"from {low:.2g}"
+    how = "certified" if free.certified else "not certified"
+    end = f"{name} = {math.floor(high * 1e6) / 1e6:.6f}"
+    return f"{start} to {end} ({how}; any start, any steady load)"
+
+
+def _cycle(found: CycleOnset | None) -> str | None:
+    if found is None:
+        return None
+    cycle = found.cycle
+    where = f"U*/U*_L = {cycle.speed_ratio:.6f}"
+    if not math.isfinite(cycle.speed_ratio):
+        where = f"U* = {cycle.speed:.6f}"
+    return f"{where} at {math.degrees(cycle.amplitude):.5g} deg ({found.kind})"
+
+
+def _figure(case: Case, result: Onset) -> Figure:
+    from aeroflutter.plots.onset import plot_onset
+
+    return plot_onset(result, case.title)

@@ -1,0 +1,121 @@
+"""The first answer of the program: what is proved free of oscillation, and the lowest cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from aeroflutter.errors import InputError
+from aeroflutter.guarantees.absence import Absence, Uncovered, absence
+from aeroflutter.linear.rootlocus import RootLocus, root_locus
+from aeroflutter.model.lure import FixedFamily, LureFamily
+from aeroflutter.orbits.cycles import CycleOnset, CycleOptions, LimitCycles, limit_cycles
+from aeroflutter.springs import Cubic, Linear, Spring, simplify
+
+__all__ = ["Onset", "onset"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Onset:
+    """Where oscillation begins, from both sides.
+
+    Attributes
+    ----------
+    linear
+        Flutter and divergence with the spring at unit slope.
+    free
+        What is proved free; None where the proof does not cover the case.
+    cycles
+        Exact limit cycles; None where none were looked for.
+    any_load
+        Whether the answer is for every steady load: then no cycles were looked for.
+    notes
+        What a reader should know.
+    """
+
+    linear: RootLocus
+    free: Absence | None
+    cycles: LimitCycles | None
+    any_load: bool
+    notes: tuple[str, ...]
+
+    @property
+    def lowest(self) -> CycleOnset | None:
+        """The cycle at the lowest speed; None where none was found or looked for."""
+        return None if self.cycles is None else self.cycles.onset
+
+    @property
+    def lowest_stable(self) -> CycleOnset | None:
+        """The stable cycle at the lowest speed."""
+        return None if self.cycles is None else self.cycles.stable_onset
+
+    @property
+    def flutter_speed(self) -> float | None:
+        """U*_L, None without flutter."""
+        return None if self.linear.flutter is None else self.linear.flutter.speed
+
+    @property
+    def free_below(self) -> float | None:
+        """The highest speed that is proved free; None where nothing is."""
+        proved = self.free is not None and self.free.certificate is not None
+        return self.free.high if self.free is not None and proved else None
+
+    @property
+    def gap(self) -> float | None:
+        """How far the lowest cycle is above what is proved free, relative to its speed."""
+        if self.free_below is None or self.lowest is None:
+            return None
+        return 1.0 - self.free_below / self.lowest.cycle.speed
+
+
+def onset(
+    family: LureFamily,
+    spring: Spring,
+    options: CycleOptions | None = None,
+    *,
+    any_load: bool = False,
+) -> Onset:
+    """Flutter, divergence, what is proved free of oscillation, and the lowest exact cycles.
+
+    Parameters
+    ----------
+    family
+        A section at every speed.
+    spring
+        Its spring.
+    options
+        Of the search for cycles.
+    any_load
+        Leave out the cycles, which move with the load; what is proved free does not.
+
+    Raises
+    ------
+    InputError
+        If the family does not depend on speed.
+
+    Examples
+    --------
+    >>> from aeroflutter import Freeplay, SectionFamily, TypicalSection
+    >>> found = onset(SectionFamily(TypicalSection(omega_bar=0.2)), Freeplay(1.0))
+    >>> found.free_below < found.lowest.cycle.speed
+    True
+    """
+    if isinstance(family, FixedFamily):
+        raise InputError("family: does not depend on speed; an onset is a speed")
+    notes: list[str] = []
+    free = None
+    try:
+        free = absence(family, spring)
+        notes += free.notes
+    except Uncovered as why:
+        notes.append(f"nothing is proved free: {why}")
+    if free is not None and free.certificate is None:
+        notes.append("nothing is proved free: no multiplier was found, even at low speed")
+    found = None
+    if not any_load and isinstance(spring, Cubic):
+        notes.append("exact cycles are of piecewise-linear springs; see `aeroflutter hb`")
+    elif not any_load and not isinstance(simplify(spring), Linear):
+        found = limit_cycles(family, spring, options)
+        notes += found.notes
+    return Onset(
+        linear=root_locus(family), free=free, cycles=found, any_load=any_load, notes=tuple(notes)
+    )

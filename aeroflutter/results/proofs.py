@@ -1,0 +1,62 @@
+"""How results of proofs are laid out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aeroflutter.results.schema import Many, One, Value, View, layout
+
+LOWEST = layout(
+    "speed_ratio=cycle.speed_ratio speed=cycle.speed amplitude=cycle.amplitude",
+    "period=cycle.period kind stable",
+    Value("proved", lambda one: False),
+)
+
+
+def _free(one: Any) -> View | None:
+    """The interval that is proved free, None where there is none."""
+    if one.free_below is None:
+        return None
+    unit = one.flutter_speed or float("nan")
+    low, high = one.free.low, one.free.high
+    return View(one.free, speed=high, speed_ratio=high / unit, low_ratio=low / unit)
+
+
+def _pieces(one: Any) -> tuple[Any, ...]:
+    """The pieces of the proof."""
+    proved = one.free is not None and one.free.certificate is not None
+    return one.free.certificate.pieces if proved else ()
+
+
+ONSET = layout(
+    "flutter_speed",
+    Value("divergence_speed", "linear.divergence"),
+    One(
+        "proved_free_below",
+        _free,
+        layout=layout(
+            "speed_ratio speed",
+            Value("from", "low"),
+            Value("from_ratio", "low_ratio"),
+            "certified boxes",
+        ),
+    ),
+    One("lowest_cycle", "lowest", layout=LOWEST),
+    One("lowest_stable_cycle", "lowest_stable", layout=LOWEST),
+    Value("onset_gap", "gap", key="gap"),
+    Many(
+        "pieces",
+        _pieces,
+        layout=layout(
+            Value("piece_low", "low", key="low"),
+            Value("piece_high", "high", key="high"),
+            Value("piece_lam", "lam", key="lam"),
+            Value("piece_terms", lambda one: len(one.terms), key="terms"),
+        ),
+        dim="piece",
+    ),
+    "any_load notes",
+    frame=("piece",),
+)
+
+LAYOUTS = {"Onset": ONSET}

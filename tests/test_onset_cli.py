@@ -1,0 +1,83 @@
+"""`aeroflutter onset`: the answer in words, in JSON, in a file and in a figure."""
+
+import json
+
+import pytest
+import xarray as xr
+
+from aeroflutter.cli import main
+from aeroflutter.guarantees.absence import Certificate
+
+checker = pytest.importorskip("aeroflutter.guarantees.absence.checker")
+
+
+def run(capsys, *words):
+    code = main(["onset", *words])
+    return code, capsys.readouterr()
+
+
+def test_freeplay_at_low_frequency_ratio(capsys, tmp_path):
+    saved, figure, proof = (tmp_path / name for name in ("o.nc", "o.png", "o.json"))
+    code, printed = run(
+        capsys, "run100", "--json", "--out", str(saved), "--plot", str(figure),
+        "--certificate", str(proof),
+    )  # fmt: skip
+    assert code == 0
+    found = json.loads(printed.out)
+    free, lowest, stable = (
+        found[key] for key in ("proved_free_below", "lowest_cycle", "lowest_stable_cycle")
+    )
+    assert free["certified"]
+    assert free["from_ratio"] < 0.05
+    assert 0.1303 < free["speed_ratio"] < lowest["speed_ratio"] <= stable["speed_ratio"]
+    assert lowest["speed_ratio"] == pytest.approx(0.13099, abs=1e-5)  # docs/errata.md
+    assert lowest["amplitude_deg"] > 0.0
+    assert lowest["proved"] is False
+    assert found["gap"] == pytest.approx(1.0 - free["speed"] / lowest["speed"])
+    assert checker.check(Certificate.load(proof)).high == free["speed"]
+    assert figure.stat().st_size > 0
+    with xr.open_dataset(saved) as dataset:
+        assert dataset.attrs["proved_free_below_speed"] == free["speed"]
+        assert dataset.attrs["proved_free_below_certified"] == 1
+
+
+def test_whatever_the_load(capsys):
+    code, printed = run(capsys, "run100", "--any-load", "--json")
+    found = json.loads(printed.out)
+    assert code == 0
+    assert found["any_load"] is True
+    assert found["proved_free_below"]["speed_ratio"] > 0.1300
+    assert found["lowest_cycle"] is None
+    assert found["gap"] is None
+
+
+def test_in_words(capsys):
+    code, printed = run(capsys, "run100")
+    assert code == 0
+    assert "proved free" in printed.out
+    assert "certified" in printed.out
+    assert "lowest cycle" in printed.out
+
+
+def test_a_linear_spring_has_no_cycles_and_is_free_up_to_flutter(capsys):
+    code, printed = run(capsys, "linear-08", "--json")
+    found = json.loads(printed.out)
+    assert code == 0
+    assert found["lowest_cycle"] is None
+    assert 0.999 < found["proved_free_below"]["speed_ratio"] < 1.0
+
+
+def test_a_cubic_spring_is_answered_with_the_reason(capsys):
+    code, printed = run(
+        capsys, "linear-02", "--json", "--set", "spring.kind=cubic", "--set", "spring.beta3=3.0"
+    )
+    found = json.loads(printed.out)
+    assert code == 0
+    assert found["proved_free_below"] is None
+    assert any("no bound" in note for note in found["notes"])
+
+
+def test_a_certificate_needs_its_suffix(capsys, tmp_path):
+    code, printed = run(capsys, "run100", "--certificate", str(tmp_path / "proof.txt"))
+    assert code == 2
+    assert "--certificate" in printed.err
