@@ -389,6 +389,11 @@ def test_command_line_speaks_of_the_flap(capsys):
     assert _json(capsys, "rootlocus", "conner")["flutter"]["velocity_m_s"] == pytest.approx(
         23.947, abs=5e-4
     )
+    modes = _json(capsys, "rootlocus", "conner")["wind_off"]
+    assert [mode["leads"] for mode in modes] == ["heave", "pitch", "flap"]
+    found = [mode["frequency_hz"] for mode in modes]
+    assert found == pytest.approx([4.449, 9.209, 19.442], abs=5e-4)
+    assert "frequency_hz" not in _json(capsys, "rootlocus", "run14")["wind_off"][0]
     shown = _json(capsys, "validate", "conner")["case"]
     assert shown["spring"][0]["at"] == "flap"
     main(["validate", "conner"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -52,11 +53,30 @@ def rootlocus(
         values = numbers("--stiffness-curve", stiffness_curve)
         curve = (values, *flutter_against_stiffness(loaded.family(), values, settings))
     output.deliver(
-        {"title": loaded.title, **fields_of(result, loaded), **_stiffness(curve)},
+        {
+            "title": loaded.title,
+            **fields_of(result, loaded),
+            "wind_off": _wind_off(loaded),
+            **_stiffness(curve),
+        },
         text=lambda: _print(loaded, result, curve),
         dataset=lambda: to_dataset(result, case=loaded),
         figure=lambda: _figure(loaded, result, curve),
     )
+
+
+def _wind_off(case: Case) -> list[dict[str, Any]]:
+    """Coupled modes without air, all springs nominal, and the coordinate that leads each."""
+    from aeroflutter.model.equations import wind_off
+
+    modes, scale = wind_off(case.section), case.section.scale
+    found: list[dict[str, Any]] = []
+    for ratio, leads in zip(map(float, modes.frequencies), modes.leads, strict=True):
+        mode: dict[str, Any] = {"omega_ratio": ratio, "leads": leads}
+        if scale is not None:
+            mode["frequency_hz"] = ratio * scale.omega_alpha / (2 * math.pi)
+        found.append(mode)
+    return found
 
 
 def _stiffness(curve: Curve | None) -> dict[str, Any]:
