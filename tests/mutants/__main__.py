@@ -58,7 +58,7 @@ def sound(copy: Path, todo: Sequence[Mutant]) -> list[str]:
     wrong = []
     for compiled in (False, True):
         tests = sorted({test for one in todo if one.compiled == compiled for test in one.tests})
-        if tests and run(copy, tests, compiled, copy / "cache" / str(compiled)) != PASSED:
+        if tests and run(copy, tests, compiled, copy / "cache" / str(compiled), None) != PASSED:
             wrong.append("compiled" if compiled else "uncompiled")
             print(f"tests fail without a mutant ({wrong[-1]})", flush=True)
     return wrong
@@ -90,7 +90,9 @@ def cache(copy: Path, mutant: Mutant, number: int) -> Path:
     return copy / "cache" / (str(number) if touched else str(mutant.compiled))
 
 
-def run(copy: Path, tests: Sequence[str], compiled: bool, kept: Path) -> int:
+def run(
+    copy: Path, tests: Sequence[str], compiled: bool, kept: Path, patience: float | None = PATIENCE
+) -> int:
     """Pytest's exit code."""
     environment = os.environ | {
         "PYTHONPATH": str(copy),
@@ -102,7 +104,7 @@ def run(copy: Path, tests: Sequence[str], compiled: bool, kept: Path) -> int:
     words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider"]
     try:
         done = subprocess.run(
-            [*words, *tests], cwd=copy, env=environment, capture_output=True, timeout=PATIENCE
+            [*words, *tests], cwd=copy, env=environment, capture_output=True, timeout=patience
         )
     except subprocess.TimeoutExpired:
         return FAILED
