@@ -141,11 +141,10 @@ def test_boxes_hold_the_function(run14):
         rise = abs(df_du(arb(centre, half))) * half + abs(df_domega(arb(centre, half))) * r
         top = f(arb(centre)) + rise
         for _ in range(5):
-            at = omega + float(rng.uniform(-r, r))
-            other = checker._slab(at, 0.0, weights, by_u)[0](
-                arb(centre + float(rng.uniform(-half, half)))
-            )
-            assert not other > top
+            at, u = omega + float(rng.uniform(-r, r)), centre + float(rng.uniform(-half, half))
+            value, _, along_omega = checker._slab(at, 0.0, weights, by_u)
+            assert not value(arb(u)) > top
+            assert along_omega(arb(u)).overlaps(df_domega(arb(centre, half)))
 
 
 def test_a_coarse_grid_proves_what_the_checker_refuses(run14):
@@ -261,6 +260,19 @@ def test_the_last_coefficient_is_followed():
     checker.check(first_order([-9.0], b, low=0.6, high=1.0, lam=1e-5))
 
 
+def test_the_first_coefficient_is_followed():
+    """P = -1 - (1 - v) x: fine at v = 0.5, where the piece is looked at, and not beyond v = 1."""
+    model = Linear(
+        A=(((1.0, 1.0), (0.0, -1.0)), ((-1.0, 0.0), (0.0, 0.0))),
+        b=((1.0, 1.0), (-1.0, 0.0)),
+        c=(1.0, 0.0),
+    )
+    good = Piece(low=1.25, high=2.0)
+    claim = Certificate(model=model, spring=UNIT, pieces=(good,))
+    assert checker.check(claim).boxes == 0
+    refused(replace(claim, pieces=(replace(good, low=0.5),)), "not shown|not negative")
+
+
 def test_the_discriminant_is_followed(run14):
     """Double precision spoils run 14's own matrices below U = 2.5e-8, by a double root in x."""
     first = run14.pieces[0]
@@ -305,6 +317,15 @@ def test_the_interval_of_speeds_is_covered_not_sampled(run14):
     low = replace(piece, low=0.7 * piece.low)
     with pytest.raises(checker.Refused):
         checker.check(replace(run14, pieces=(low,)), 50_000)
+
+
+def test_the_slopes_are_those_of_the_whole_box():
+    """b = 1 - 6 (v - 0.55)²: level in the middle of the interval of v, negative at its ends."""
+    b = [1.0 - 6.0 * 0.55**2, 6.6, -6.0]
+    terms = ((1.0, 1e-9),)
+    checker.check(first_order([-9.0], b, low=1.2, high=2.5, lam=1e-3, terms=terms))
+    with pytest.raises(checker.Refused):
+        checker.check(first_order([-9.0], b, low=1.0, high=10.0, lam=1e-3, terms=terms), 5000)
 
 
 def test_too_many_boxes_is_a_refusal(run14):
