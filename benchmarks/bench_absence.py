@@ -1,6 +1,6 @@
 """What is proved free of oscillation: cost of the search and of its checker, how near it comes.
 
-The bound over the lowest exact cycle is given for the thesis's runs whose cycle is in docs/errata.md.
+The bound over the lowest exact cycle is given for runs whose cycle docs/errata.md names.
 """
 
 from __future__ import annotations

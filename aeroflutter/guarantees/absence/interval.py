@@ -97,7 +97,8 @@ def absence(family: LureFamily, spring: Spring) -> Absence:
 def absence_at(family: LureFamily, spring: Spring, speed: float) -> Absence:
     """Whether no motion can go on oscillating at one speed; as `absence`."""
     prover = _Prover(family, spring)
-    piece = prover.piece(speed, speed)
+    stable = bool(prover.growth([speed])[0] < 0.0)
+    piece = prover.piece(speed, speed) if stable else None
     return prover.result([] if piece is None else [piece], float("nan"))
 
 
@@ -153,15 +154,15 @@ class _Prover:
             return refused
         return None
 
+    def growth(self, speeds: ArrayLike) -> NDArray[np.float64]:
+        """Largest real part of the roots with the stiffest slope, at every speed."""
+        A, b = self.family.stack(np.asarray(speeds))
+        closed = A - slopes_of(self.law)[1] * b[..., :, None] * self.family.c
+        return np.asarray(np.linalg.eigvals(closed).real.max(axis=-1))
+
     def stable_below(self) -> float:
         """The lowest speed at which the section with the stiffest slope is not damped."""
-        q = slopes_of(self.law)[1]
-
-        def growth(speeds: ArrayLike) -> NDArray[np.float64]:
-            A, b = self.family.stack(speeds)
-            closed = A - q * b[..., :, None] * self.family.c
-            return np.asarray(np.linalg.eigvals(closed).real.max(axis=-1))
-
+        growth = self.growth
         speeds = np.geomspace(*self.family.search_range, _SAMPLES)
         grows = growth(speeds) >= 0.0
         if not grows.any():

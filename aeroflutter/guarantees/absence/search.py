@@ -62,6 +62,10 @@ class Found:
     terms: tuple[tuple[float, float], ...]
 
 
+class Unsolved(Exception):
+    """The linear program has no answer in double precision."""
+
+
 class Multipliers:
     """The search at one speed after another, each beginning with what the last one used.
 
@@ -94,7 +98,10 @@ class Multipliers:
             What part of the margin of the program, which knows some frequencies only, is enough.
         """
         while True:
-            found = self._at(self._points(systems), _longest(systems, self.spring), good)
+            try:
+                found = self._at(self._points(systems), _longest(systems, self.spring), good)
+            except Unsolved:
+                return Found(margin=-np.inf, bound=-np.inf, lam=0.0, terms=())
             needed = 1.1 * sum(abs(c) for _, c in found.terms) / max(found.lam, 1e-9)
             if not (found.margin > 0.0 and self.reach < needed < _FARTHEST):
                 return found
@@ -214,13 +221,19 @@ class _Program:
             limit = min(_MOST, spring.delta_v / spring.delta_h) * (1.0 - _HEADROOM)
         table = np.column_stack((np.ones(rows.size), points.q[rows], both))
         budget = np.r_[0.0, 0.0 if loop else 1.0, np.ones(both.shape[1])]
-        answer = linprog(
-            np.r_[-1.0, np.zeros(1 + both.shape[1])],
-            np.vstack((table, budget)),
-            np.r_[-points.p[rows], limit],
-            bounds=[(None, None)] + [(0.0, None)] * (1 + both.shape[1]),
-            method="highs-ds" if rows.size < _LARGE else "highs-ipm",
-        )
+        methods = ["highs-ds", "highs-ipm"][:: 1 if rows.size < _LARGE else -1]
+        for method in methods:  # where one fails on a badly scaled program, try the other
+            answer = linprog(
+                np.r_[-1.0, np.zeros(1 + both.shape[1])],
+                np.vstack((table, budget)),
+                np.r_[-points.p[rows], limit],
+                bounds=[(None, None)] + [(0.0, None)] * (1 + both.shape[1]),
+                method=method,
+            )
+            if answer.status == 0:
+                break
+        else:
+            raise Unsolved(answer.message)
         self.margin, self.lam = float(answer.x[0]), float(answer.x[1])
         c = answer.x[2:] if not loop else answer.x[2 : 2 + times.size] - answer.x[2 + times.size :]
         self.terms = tuple((float(t), float(one)) for t, one in zip(times, c, strict=True) if one)
