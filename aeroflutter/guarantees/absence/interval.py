@@ -215,11 +215,10 @@ class _Prover:
             found = self.multipliers.best([self.family.at(speed)], good=0.0)
             return found.bound if found.margin > 0.0 else min(found.bound, -1e-300)
 
-        high *= 1.0 - 1e-6
+        high *= 1.0 - _RESOLVED  # closer to flutter the program is badly scaled
         ends = [low, high]
-        values = [margin(low), margin(high)]
-        if values[1] > 0.0:
-            return high
+        first = margin(low)
+        values = [first, -abs(first)]  # close to flutter the program is hard, so it is not asked
         step = 0
         while ends[1] - ends[0] > _RESOLVED * high:
             share = 0.5 if step % 3 == 2 else values[0] / (values[0] - values[1])

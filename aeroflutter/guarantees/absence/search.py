@@ -37,6 +37,7 @@ _MOST = 20.0  # Σ|c| looked for, however large ΔV/ΔH
 _WORST = 120  # violated rows added at a time
 _WORTH_KEEPING = 0.8  # price of a column that stays in the program
 _LARGE = 300  # rows from which the interior-point method is the faster one
+_ITERATIONS, _SECONDS = 20_000, 15.0  # after which a program counts as unsolved
 _FARTHEST = 300.0  # frequency looked at
 _GOOD = 0.5  # of the margin of the program, kept between its rows
 _HELPS = 1e-4  # a column whose price is above its cost by this is worth having
@@ -229,6 +230,7 @@ class _Program:
                 np.r_[-points.p[rows], limit],
                 bounds=[(None, None)] + [(0.0, None)] * (1 + both.shape[1]),
                 method=method,
+                options={"maxiter": _ITERATIONS, "time_limit": _SECONDS},
             )
             if answer.status == 0:
                 break
