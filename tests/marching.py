@@ -15,8 +15,8 @@ from aeroflutter import (
     TypicalSection,
 )
 from aeroflutter.linear.rootlocus import flutter_speed
-from aeroflutter.motion._kernel_exact_march import flow
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.march import March
 from aeroflutter.motion.response import Initial
 
 
@@ -230,17 +230,15 @@ def growth(system, spring, state, memory, duration, legs=50):
     The growth is the largest norm of the variational flow from any of the legs' starts to the end,
     in units of those sizes.
     """
-    prepared = Prepared.of(system, spring)
-    n = system.order
-    x, h, mode = np.array(state, dtype=float), memory, -1
+    flow, n = Flow(system, [spring]), system.order
+    x = np.array(state, dtype=float)
+    march = March(flow, flow.begin(x, memory), tangents=np.eye(n + 1))
     size, jacobians = np.abs(x), []
-    for _ in range(legs):
-        J = np.empty((n + 1, n + 2))
-        status, h, mode, _ = flow(
-            prepared.tables, prepared.law, x, h, mode, duration / legs, J, np.empty((0, 5))
-        )
-        assert status == 0
-        jacobians.append(J[:, : n + 1])
+    for leg in range(1, legs + 1):
+        march.motion.tangents[:] = np.eye(n + 1)
+        assert march.run(leg * duration / legs) == 0
+        x = march.point().x
+        jacobians.append(march.motion.tangents.copy())
         size = np.maximum(size, np.abs(x))
     units = np.append(size, max(spring.scale, 1e-300))
     total, most = np.eye(n + 1), 1.0

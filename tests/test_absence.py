@@ -466,10 +466,10 @@ def test_without_python_flint_the_answer_is_not_certified(monkeypatch):
 
 def test_motions_from_everywhere_come_to_rest():
     from aeroflutter.motion.endstates import end_state
-    from aeroflutter.motion.prepared import Prepared
+    from aeroflutter.motion.flow import Flow
 
     case = load_case("run14")
-    prepared = Prepared.of(case.family().at(0.921 * FLUTTER), case.spring)
+    prepared = Flow(case.family().at(0.921 * FLUTTER), [case.spring])
     rng = np.random.default_rng(5)
     for size in 10.0 ** rng.uniform(-1.0, 1.5, 8):
         start = size * case.spring.scale * rng.uniform(-1.0, 1.0, 6)

@@ -23,16 +23,15 @@ from aeroflutter import (
     TypicalSection,
 )
 from aeroflutter.linear.rootlocus import flutter_speed
-from aeroflutter.motion._kernel_exact import REVERSAL
-from aeroflutter.motion._kernel_exact_march import EVENT_COLUMNS, flow
+from aeroflutter.motion._kernel_roots import REVERSAL
 from aeroflutter.motion.chaos import Band, ChaosOptions, Edge, band_edge, chaos, chaos_scan
-from aeroflutter.motion.chaos import _kernel_tangent as kernel
-from aeroflutter.motion.chaos.exact import ExactEngine
+from aeroflutter.motion.chaos.exact import ExactEngine, Tangents
 from aeroflutter.motion.chaos.exponents import measured, of_eigenvalues
 from aeroflutter.motion.chaos.growth import Landing, first_tangents
 from aeroflutter.motion.chaos.smooth import SmoothEngine, slope_law
 from aeroflutter.motion.chaos.verdict import recurrence
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.march import March
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 
 DEGREE = np.pi / 180
@@ -61,15 +60,18 @@ def carried(prepared, x, memory, tangents, count):
     n, k = x.size, tangents.shape[1]
     columns = []
     for i in range(k):
-        one = tangents[:, i : i + 1].copy()
-        state, times, logs = x.copy(), np.empty(count), np.empty((count, 1))
-        status, found, *_ = kernel.returns(
-            prepared.tables, prepared.law, state, memory, -1, 0, one, np.ones(n + 1), np.zeros(n),
-            np.empty((count, n + 1)), times, np.empty(count), logs,
-        )  # fmt: skip
-        assert (status, found) == (kernel.DONE, count)
-        columns.append(one[:, 0] * np.exp(logs[-1, 0]))
+        march = March(prepared, prepared.begin(x, memory), tangents=tangents[:, i : i + 1])
+        _, times, _, logs = Tangents(march, np.ones(n + 1)).over(count)
+        assert times.size == count
+        columns.append(march.motion.tangents[:, 0] * np.exp(logs[-1, 0]))
     return np.array(columns).T, times[-1]
+
+
+def marched(prepared, x, memory, time, events=500):
+    """The motion after a time."""
+    march = March(prepared, prepared.begin(x, memory), events=events)
+    march.run(time)
+    return march
 
 
 # The variational flow -------------------------------------------------------------------------
@@ -89,17 +91,14 @@ def test_tangents_are_the_derivative_of_the_flow(spring, ratio, alpha, reversals
     # Central differences of the exact flow over the time of some maxima, through many switches
     # and memories: h = alpha - V is taken up where pitch turns back on a flat, and released
     # later. Their error is round-off over the step, some 1e-9 of the growth.
-    prepared = Prepared.of(at(ratio), spring)
+    prepared = Flow(at(ratio), [spring])
     x, memory = Initial(alpha=alpha).start(at(ratio), spring)
     n, step = x.size, 1e-6 * np.abs(x).max()
     tangents, time = carried(prepared, x, memory, np.eye(n + 1)[:, :n], 12)
-    events, jacobian = np.zeros((500, EVENT_COLUMNS)), np.empty((n + 1, n + 2))
 
     def end(moved):
-        _, _, _, count = flow(
-            prepared.tables, prepared.law, moved, memory, -1, time, jacobian, events
-        )
-        return moved, events[:count, 1]
+        march = marched(prepared, moved, memory, time)
+        return march.point().x, march.events()[:, 1]
 
     turned = np.flatnonzero(end(x.copy())[1] == REVERSAL)
     assert (turned.size > 0 and turned[0] < end(x.copy())[1].size - 1) == reversals
@@ -112,7 +111,7 @@ def test_tangents_are_the_derivative_of_the_flow(spring, ratio, alpha, reversals
 
 def test_direction_of_the_flow_is_carried_into_itself():
     # d/dt of x' = f(x) is the variational equation: f(x(t)) = Phi f(x(0)), for any spring.
-    system, prepared = at(0.3), Prepared.of(at(0.3), FREEPLAY)
+    system, prepared = at(0.3), Flow(at(0.3), [FREEPLAY])
     x = chaos(system, FREEPLAY, SEVEN, ChaosOptions(cycles=80)).final_state
 
     def rate(state):
@@ -120,9 +119,7 @@ def test_direction_of_the_flow_is_carried_into_itself():
 
     begin = np.append(rate(x), 0.0)[:, None]
     tangents, time = carried(prepared, x, 0.0, begin, 8)
-    end = x.copy()
-    flow(prepared.tables, prepared.law, end, 0.0, -1, time, np.empty((7, 8)),
-         np.empty((0, EVENT_COLUMNS)))  # fmt: skip
+    end = marched(prepared, x, 0.0, time).point().x
     np.testing.assert_allclose(tangents[:6, 0], rate(end), rtol=0, atol=1e-12)
 
 
@@ -190,17 +187,15 @@ def test_exponents_of_the_published_cycle_of_run_103():
 
 def two_trajectories(system, spring, state, memory, windows, window, apart=1e-9):
     """Largest exponent by two neighbours, brought together again after every window: Benettin."""
-    prepared, n = Prepared.of(system, spring), state.size
-    none, jacobian = np.empty((0, EVENT_COLUMNS)), np.empty((n + 1, n + 2))
+    prepared, n = Flow(system, [spring]), state.size
     size = np.abs(state).max()
     direction = np.append(np.random.default_rng(1).standard_normal(n), 0.0)
     gains, z = [], np.append(state, memory)
     for _ in range(windows):
         pair = [z, z + apart * size * direction / np.linalg.norm(direction)]
         for k, (*x, h) in enumerate(pair):
-            end = np.array(x)
-            _, h, _, _ = flow(prepared.tables, prepared.law, end, h, -1, window, jacobian, none)
-            pair[k] = np.append(end, h)
+            end = marched(prepared, np.array(x), h, window, events=0).point()
+            pair[k] = np.append(end.x, end.memory)
         z, direction = pair[0], pair[1] - pair[0]
         gains.append(np.log(np.linalg.norm(direction) / (apart * size)) / window)
     blocks = np.array(gains[len(gains) // 10 :]).reshape(18, -1).mean(axis=1)
@@ -247,7 +242,7 @@ def test_dop853_tends_to_the_exact_tangents_as_the_corners_sharpen():
     system = at(0.3)
     x = Initial(alpha=0.4 * DEGREE, xi=0.005).vector(system)
     first = np.append(np.linalg.qr(first_tangents(6, 1))[0], [[0.0]], axis=0)
-    tangents, time = carried(Prepared.of(system, FREEPLAY), x, 0.0, first, 4)
+    tangents, time = carried(Flow(system, [FREEPLAY]), x, 0.0, first, 4)
     exact = np.log(np.linalg.norm(tangents))
     widths, errors = np.array([0.01, 0.005, 0.0025]), []
     for width in widths:

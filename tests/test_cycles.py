@@ -15,7 +15,7 @@ from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.lure import FixedFamily, LureFamily, SampledFamily, SectionFamily
 from aeroflutter.model.section import TypicalSection
 from aeroflutter.motion.endstates import end_state
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring
 
@@ -194,7 +194,7 @@ def test_motions_end_on_stable_cycles_and_leave_unstable_ones() -> None:
             margin = np.abs(cycle.multipliers[1:]).max() - 1.0
             if abs(margin) < 0.05:
                 continue  # decides too slowly to be told
-            prepared = Prepared.of(case.family().at(cycle.speed), case.spring)
+            prepared = Flow(case.family().at(cycle.speed), [case.spring])
             end = end_state(prepared, 1.001 * cycle.state, 0.0)
             near = end.state == "lco" and abs(end.amplitude / cycle.amplitude - 1.0) < 1e-8
             assert near == cycle.stable
@@ -234,7 +234,7 @@ def test_isolated_cycles_of_run_103_exist() -> None:
         worst = max(1.0, float(np.abs(cycle.multipliers).max()))
         assert misses(case.family(), case.spring, cycle) < 1e-10 * worst
     cycle = next(c for c in isolated.cycles if c.stable and np.abs(c.multipliers[1:]).max() < 0.9)
-    prepared = Prepared.of(case.family().at(cycle.speed), case.spring)
+    prepared = Flow(case.family().at(cycle.speed), [case.spring])
     end = end_state(prepared, 1.01 * cycle.state, 1.01 * cycle.memory)
     assert end.state == "lco"
     assert abs(end.amplitude / cycle.amplitude - 1.0) < 1e-8

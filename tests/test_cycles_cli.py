@@ -17,7 +17,7 @@ from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import FixedFamily, SectionFamily
 from aeroflutter.model.section import TypicalSection
 from aeroflutter.motion.endstates import end_state
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
 from aeroflutter.springs import Freeplay, Hysteresis, Linear
 from aeroflutter.studies.tolerance import least_friction, tolerance
@@ -126,7 +126,7 @@ def test_the_tolerable_spring_has_cycles_of_just_that_amplitude(spring: Any) -> 
     again = limit_cycles(SECTION, answer.spring, replace(QUICK, points=400))
     stable = [c.amplitude for c in again.cycles if c.stable and c.speed_ratio <= 0.95]
     assert 0.98 * limit < max(stable) < limit * (1 + 1e-9)
-    prepared = Prepared.of(SECTION.at(answer.speed), answer.spring)
+    prepared = Flow(SECTION.at(answer.speed), [answer.spring])
     assert answer.worst is not None
     start = 1.02 * answer.factor * answer.worst.state  # beside the largest cycle, to scale
     end = end_state(prepared, start, answer.factor * answer.worst.memory)

@@ -28,9 +28,10 @@ from aeroflutter import (
 )
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.endstates import end_state
-from aeroflutter.motion.exact import _Log, march
+from aeroflutter.motion.exact import march
+from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.houbolt import march as houbolt_march
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.march import March
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 
 DEGREE = np.pi / 180
@@ -153,14 +154,14 @@ def test_cycles_do_not_depend_on_the_internal_step(name):
 )
 def test_the_fundamental_of_a_cycle_against_its_samples(family, spring, ratio):
     # The third derivative of pitch jumps at a switch: what n samples miss falls with 1/n^4.
-    prepared = Prepared.of(at(family, ratio), spring)
+    prepared = Flow(at(family, ratio), [spring])
     end = end_state(prepared, [0.0, 6 * DEGREE, 0.0, 0.0, 0.0, 0.0], 0.0)
     assert end.state == "lco"
     errors = []
     for count in (1024, 8192):
         phase = np.arange(count) / count
         point = end.cycle.z[0]
-        samples = _Log(prepared, point[:-1], float(point[-1]), phase * end.period)
+        samples = March(prepared, prepared.begin(point[:-1], point[-1]), phase * end.period)
         samples.run(end.period)
         pitch = samples.states @ prepared.system.c
         sampled = 2.0 * abs(np.mean(pitch * np.exp(2j * np.pi * phase)))
@@ -256,14 +257,14 @@ def test_grazing_an_edge():
 def cycle_of(name, ratio):
     """Prepared system and exact cycle, with its switches: time, kind, mode, pitch, moment."""
     family = RUNS[name][0]
-    prepared = Prepared.of(at(family, ratio), loop_of(name))
-    state, memory = SIX.start(prepared.system, prepared.spring)
+    prepared = Flow(at(family, ratio), [loop_of(name)])
+    state, memory = SIX.start(prepared.system, prepared.springs[0])
     end = end_state(prepared, state, memory)
     assert end.state == "lco"
     point = end.cycle.z[0]
-    log = _Log(prepared, point[:-1], float(point[-1]), np.empty(0))
-    events, _ = log.run(end.period)
-    return prepared, end, events
+    log = March(prepared, prepared.begin(point[:-1], point[-1]), events=1024)
+    log.run(end.period)
+    return prepared, end, log.events()
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -291,11 +292,11 @@ def aerodynamic_work(family, ratio, prepared, end, events):
     half, middle = np.diff(pieces) / 2, (pieces[1:] + pieces[:-1]) / 2
     times = (middle[:, None] + half[:, None] * nodes).ravel()
     point = end.cycle.z[0]
-    log = _Log(prepared, point[:-1], float(point[-1]), times)
+    log = March(prepared, prepared.begin(point[:-1], point[-1]), times)
     log.run(end.period)
     system, section = prepared.system, family.section
     x = log.states
-    rates = x @ system.A.T - np.outer(log.springs[:, 1], system.b)
+    rates = x @ system.A.T - np.outer(log.moments[:, 0], system.b)
     _, alpha, xi_1, alpha_1, z1, z2 = x.T
     xi_2, alpha_2 = rates[:, 2], rates[:, 3]
     a_h, mu = section.a_h, section.mu

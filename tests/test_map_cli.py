@@ -28,7 +28,7 @@ from aeroflutter.case import load_case
 from aeroflutter.cli import main
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.endstates import EndOptions, end_state
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.response import STATES, Initial
 
 KEYS = {"cells", "damped", "lco", "aperiodic", "divergent", "undecided", "cpu_seconds", "store"}
@@ -58,7 +58,7 @@ def refused(capsys, *words: str) -> list[str]:
 
 def alone(case, speed: float, alpha_deg: float):
     """The end of one cell by itself."""
-    prepared = Prepared.of(case.family().at(speed), case.spring)
+    prepared = Flow(case.family().at(speed), [case.spring])
     initial = Initial(**case.initial._replace(alpha=np.radians(alpha_deg))._asdict())
     return end_state(prepared, *initial.start(prepared.system, case.spring), EndOptions())
 

@@ -10,7 +10,7 @@ from aeroflutter import Cubic, Freeplay, Hysteresis, Linear, SectionFamily, Typi
 from aeroflutter.errors import InputError
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.endstates import EndOptions, end_state
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions
 from aeroflutter.studies.maps import (
     Axis,
@@ -77,7 +77,7 @@ def test_every_cell_ends_as_it_would_alone(family, spring, ratios) -> None:
     found = flutter_map(cells(ratios, (-3.0, 15.0, 10), spring, family=family))
     reference = flutter_speed(family)
     for i, ratio in enumerate(found.grid.x.values):
-        prepared = Prepared.of(family.at(ratio * reference), spring)
+        prepared = Flow(family.at(ratio * reference), [spring])
         for j, pitch in enumerate(found.grid.y.values):
             start = Initial(alpha=np.radians(pitch)).start(prepared.system, spring)
             alone = end_state(prepared, *start, EndOptions(duration=1e7))

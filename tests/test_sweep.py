@@ -17,7 +17,7 @@ from aeroflutter.cli import main
 from aeroflutter.errors import InputError
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.endstates import end_state
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.response import STATES, Initial
 from aeroflutter.orbits.describing import describing_curve
 from aeroflutter.studies.maps import Processes, Threads
@@ -128,7 +128,7 @@ def test_every_section_of_a_sweep_is_what_it_is_alone() -> None:
         assert found.values["onset_speed"][i] == onset.speed
         assert found.values["onset_amplitude_deg"][i] == np.degrees(onset.amplitude)
         system = one.family.at(3.9)
-        alone = end_state(Prepared.of(system, one.spring), *one.initial.start(system, one.spring))
+        alone = end_state(Flow(system, [one.spring]), *one.initial.start(system, one.spring))
         assert STATES[found.values["state"][i]] == alone.state
         assert np.radians(found.values["amplitude_deg"][i]) == pytest.approx(
             alone.amplitude, rel=1e-9, abs=1e-15

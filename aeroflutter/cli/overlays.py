@@ -118,7 +118,7 @@ def _simulated(case: Case, speeds: NDArray[np.float64]) -> list[Overlay]:
     import numpy as np
 
     from aeroflutter.motion.endstates import EndOptions, end_states
-    from aeroflutter.motion.prepared import Prepared
+    from aeroflutter.motion.flow import Flow
     from aeroflutter.motion.response import STATES
     from aeroflutter.plots.cycles import Overlay
 
@@ -127,10 +127,10 @@ def _simulated(case: Case, speeds: NDArray[np.float64]) -> list[Overlay]:
     c = family.c
     found: dict[str, list[tuple[float, float]]] = {"lco": [], "aperiodic": []}
     for speed in speeds:
-        prepared = Prepared.of(family.at(float(speed)), spring)
-        memory = prepared.spring.initial_memory(pitches)
+        flow = Flow(family.at(float(speed)), [spring])
+        memory = flow.springs[0].initial_memory(pitches)
         ends = end_states(
-            prepared, pitches[:, None] * c / (c @ c), memory, EndOptions(patience=10), share=True
+            flow, pitches[:, None] * c / (c @ c), memory, EndOptions(patience=10), share=True
         )
         for state, amplitude in zip(ends.state, ends.amplitude, strict=True):
             if STATES[state] in found:

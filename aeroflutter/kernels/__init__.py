@@ -8,6 +8,6 @@ carries the hash of them all. numba is imported with the first kernel, not with 
 
 from __future__ import annotations
 
-from aeroflutter.kernels.decorator import kernel
+from aeroflutter.kernels.decorator import expect, kernel
 
-__all__ = ["kernel"]
+__all__ = ["expect", "kernel"]

@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from time import process_time
 from typing import Any, Literal, TypeVar, overload
 
-__all__ = ["ENTRIES", "kernel"]
+from aeroflutter.kernels.notice import compiling_time
+
+__all__ = ["ENTRIES", "Patient", "expect", "kernel"]
+
+PATIENCE = 0.7
+"""Seconds of the processor; compiling takes some three."""
+
+_work: list[str] = []
+
+
+def expect(work: str) -> None:
+    """Tell that much is to be computed in this process: patient kernels are compiled at once."""
+    _work.append(work)
+
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Inline = Literal["never", "always"]
@@ -18,7 +33,13 @@ ENTRIES: dict[str, Any] = {}
 def kernel(function: Function, /) -> Function: ...
 @overload
 def kernel(
-    *, entry: bool = False, others: bool = False, inner: bool = False, inline: Inline = "never"
+    *,
+    entry: bool = False,
+    others: bool = False,
+    inner: bool = False,
+    inline: Inline = "never",
+    bare: bool = False,
+    patient: bool = False,
 ) -> Callable[[Function], Function]: ...
 def kernel(
     function: Callable[..., Any] | None = None,
@@ -28,6 +49,8 @@ def kernel(
     others: bool = False,
     inner: bool = False,
     inline: Inline = "never",
+    bare: bool = False,
+    patient: bool = False,
 ) -> Any:
     """Compile a function with numba when it is first called, and keep the machine code on disk.
 
@@ -51,10 +74,15 @@ def kernel(
         which spares a third of the compiling. To Python it stays the function it is.
     inline
         "always" has numba copy the function into its callers before it compiles them.
+    bare
+        It makes no arrays, nor does what it calls: numba then spares it the counting of references,
+        which takes longer than a short function works.
+    patient
+        An entry point that does not repay compiling at once; see `Patient`.
 
     Returns
     -------
-    numba's dispatcher, or a decorator where `function` is not given
+    numba's dispatcher, a `Patient`, or a decorator where `function` is not given
 
     Raises
     ------
@@ -63,17 +91,53 @@ def kernel(
     """
 
     def decorate(decorated: Callable[..., Any]) -> Any:
-        dispatcher = _dispatcher(decorated, inner=inner, inline=inline)
+        dispatcher = _dispatcher(decorated, inner=inner, inline=inline, bare=bare)
         if entry and dispatcher is not decorated:
             ENTRIES[f"{decorated.__module__}.{decorated.__qualname__}"] = dispatcher
             if not others:
                 _bind(dispatcher)
+            return Patient(dispatcher) if patient else dispatcher
         return dispatcher
 
     return decorate if function is None else decorate(function)
 
 
-def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline) -> Any:
+class Patient:
+    """A kernel that runs uncompiled until it has taken as long as compiling would.
+
+    What calls compiled kernels for the heavy work and decides between the calls is quick enough as
+    plain Python for a few motions. Where its machine code is on the disk, that is used at once.
+    Both give the same numbers: neither contracts or reorders what is written.
+
+    Parameters
+    ----------
+    dispatcher
+        numba's.
+    """
+
+    def __init__(self, dispatcher: Any) -> None:
+        self.dispatcher = dispatcher
+        self.py_func = dispatcher.py_func
+        self._left: float | None = None
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it."""
+        if self._left is None:
+            ready = self.dispatcher.signatures or self.dispatcher._cache.kept()
+            self._left = 0.0 if ready else PATIENCE
+        if self._left <= 0.0 or _work:
+            return self.dispatcher(*arguments)
+        import numpy as np
+
+        begun, compiled = process_time(), compiling_time()
+        try:
+            with np.errstate(all="ignore"):
+                return self.py_func(*arguments)
+        finally:
+            self._left -= process_time() - begun - (compiling_time() - compiled)
+
+
+def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline, bare: bool) -> Any:
     from numba import njit
     from numba.core import config
     from numba.extending import register_jitable
@@ -94,6 +158,8 @@ def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline) ->
         "inline": inline,
         "no_cfunc_wrapper": True,
     }
+    if bare:
+        options["_nrt"] = False
     if inner:
         return register_jitable(**options)(function)
     dispatcher: Any = njit(nogil=True, **options)(function)
@@ -108,16 +174,20 @@ def _bind(dispatcher: Any) -> None:
     sees to the conversion of arguments by itself.
     """
     compile_for = dispatcher.compile
+    alone = threading.Lock()
 
     def compile_bound(signature: Any) -> Any:
         from aeroflutter.kernels.arrays import argument_types
 
         bound = argument_types(dispatcher.py_func)
-        made = compile_for(bound)
-        dispatcher.disable_compile()
-        dispatcher.compile = compile_for
+        with alone:  # threads come here together, and only the first may compile
+            if not dispatcher.overloads:
+                compile_for(bound)
+                dispatcher.disable_compile()
+                dispatcher.compile = compile_for
         _check(dispatcher, signature, bound)
-        return made
+        (made,) = dispatcher.overloads.values()
+        return made.entry_point
 
     dispatcher.compile = compile_bound
 

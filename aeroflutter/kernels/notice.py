@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["LONG", "listen", "noticing"]
+__all__ = ["LONG", "compiling_time", "listen", "noticing"]
 
 LONG = 2.0
 """Seconds of compiling in one command after which the line appears."""
@@ -27,13 +27,14 @@ class _Notice:
         self.active = False
         self.depth = 0
         self.since = self.spent = 0.0
+        self.begun = self.worked = 0.0  # of the processor
         self.timer: threading.Timer | None = None
 
     def begin(self) -> None:
         """numba starts with a kernel, perhaps for the sake of another one."""
         self.depth += 1
         if self.depth == 1:
-            self.since = time.monotonic()
+            self.since, self.begun = time.monotonic(), time.process_time()
             if self.active:
                 self.timer = threading.Timer(max(LONG - self.spent, 0.0), self.speak)
                 self.timer.daemon = True
@@ -44,6 +45,7 @@ class _Notice:
         self.depth -= 1
         if self.depth == 0:
             self.spent += time.monotonic() - self.since
+            self.worked += time.process_time() - self.begun
             if self.timer is not None:
                 self.timer.cancel()
                 self.timer = None
@@ -57,6 +59,11 @@ class _Notice:
 
 _NOTICE = _Notice()
 _listening: list[Any] = []
+
+
+def compiling_time() -> float:
+    """Seconds of the processor that compiling has taken in this process."""
+    return _NOTICE.worked
 
 
 @contextmanager

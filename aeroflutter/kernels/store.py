@@ -137,6 +137,11 @@ class KernelCache(_Cache):
             with suppress(OSError):
                 part.unlink()
 
+    def kept(self) -> bool:
+        """Whether the disk holds a version of the kernel."""
+        home = folder()
+        return home is not None and any(home.glob(f"{self._name}-*.code"))
+
     def enable(self) -> None:
         """Use the disk again."""
         self._enabled = True

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 RANK = 1e-9  # pivots below this part of the first one are a continuum of cycles
 
 
-@kernel
+@kernel(inner=True)
 def eliminate(J: Array, r: Array, step: Array) -> int:
     """Solve J step = r by elimination with complete pivoting; returns the rank.
 
@@ -53,7 +53,7 @@ def eliminate(J: Array, r: Array, step: Array) -> int:
     return rank
 
 
-@kernel
+@kernel(inner=True)
 def contraction(Q: Array, radius: float, P: Array) -> float:
     """Norm in which the linear map Q contracts: P with Qᵀ P Q <= ρ² P, for ρ between radius and 1.
 
@@ -73,16 +73,14 @@ def contraction(Q: Array, radius: float, P: Array) -> float:
     return rho
 
 
-@kernel
-def multipliers(jacobian: Array, memory: int) -> NDArray[np.complex128]:
-    """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed."""
-    n = jacobian.shape[0] - 1
-    m = n + 1 if memory else n
-    values = np.empty(m, dtype=np.complex128)
-    values[:] = np.linalg.eigvals(jacobian[:m, :m].astype(np.complex128))
-    trivial = 0
-    for k in range(1, m):
-        if abs(values[k] - 1.0) < abs(values[trivial] - 1.0):
-            trivial = k
-    values[trivial] = values[m - 1]
-    return values[: m - 1]
+@kernel(inner=True)
+def multipliers(monodromy: Array) -> NDArray[np.complex128]:
+    """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed.
+
+    A spring without memory adds a zero, which never matters.
+    """
+    values = np.empty(monodromy.shape[0], dtype=np.complex128)
+    values[:] = np.linalg.eigvals(monodromy.astype(np.complex128))
+    trivial = np.argmin(np.abs(values - 1.0))
+    values[trivial] = values[-1]
+    return values[:-1]

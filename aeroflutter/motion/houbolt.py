@@ -22,7 +22,8 @@ from aeroflutter.motion._kernel_settle import survey
 from aeroflutter.motion.houbolt_scheme import Scheme
 from aeroflutter.motion.response import MOST_SAMPLES, Response, traces
 from aeroflutter.motion.settling import OVERFLOW, Verdict, Watch, closed_slopes, period_range
-from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear
+from aeroflutter.springs import Cubic
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HIGH, LOW, OFFSET, SLOPE, STICK
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -98,12 +99,11 @@ def spring_law(spring: Spring) -> tuple[int, Array]:
     InputError
         If the spring is of none of the kinds the loop knows.
     """
-    if isinstance(spring, PiecewiseLinear):
-        pieces = spring.pieces()
-        breaks = np.append(pieces.breaks, np.inf)
-        return PIECES, np.array([breaks, pieces.slopes, pieces.offsets])
-    if isinstance(spring, Hysteresis):
-        return HYSTERESIS, np.array([[spring.v1, spring.v2, spring.h_low, spring.h_high]])
+    table = spring.piece_table()
+    if table is not None and table.memory:
+        return HYSTERESIS, table.rows[STICK, [HIGH, LOW, FLOOR, CEILING]][None]
+    if table is not None:
+        return PIECES, table.rows[:, [HIGH, SLOPE, OFFSET]].T.copy()
     if isinstance(spring, Cubic):
         return CUBIC, np.array([[spring.beta1, spring.beta3]])
     raise InputError(f"spring.kind: {spring.kind!r} is unknown to houbolt; use engine exact")

@@ -1,197 +1,217 @@
-"""What certifies, once and for all motions of a system, that one of them is over.
+"""What certifies, once and for all motions of a flow, that one of them is over.
 
-On a linear piece of slope k with the constant input u, x' = A_k x + b u. Where A_k is stable about
-x_e, modal coordinates z_i = l_i (x - x_e) satisfy |z_i(t)| <= |z_i(0)|, and so
+In a mode with the constant inputs u, x' = A x + B u. Where A is stable about x_e, modal coordinates
+z_i = l_i (x - x_e) satisfy |z_i(t)| <= |z_i(0)|, and so for every output
 
     |y(t) - y_e| <= Σ |c v_i| |z_i(0)|,
 
 the best that the quadratic Lyapunov functions Σ w_i |z_i|² can do over all weights w_i. If the
-bound is less than the distance of y_e from the edges of the piece, no switch can follow. Where
-the eigenvectors are no basis to be trusted, one Lyapunov function of A_k takes their place.
+bound is less than the distance of y_e from the edges of the mode, no switch can follow. Where
+the eigenvectors are no basis to be trusted, one Lyapunov function of A takes their place.
 
-A piece that leaves y free (freeplay about the quarter chord) has a zero eigenvalue. Without a
-constant moment its coordinate stays as it is, and y_e is where it leaves y.
+A mode that leaves y free (freeplay about the quarter chord) has a zero eigenvalue. Without a
+constant input its coordinate stays as it is, and y_e is where it leaves y.
 
-Outside all switches F = k y + d with |d| <= d_max. An unstable coordinate z = l x of A_k obeys
-z' = p z - l b d, hence |z|' >= Re p |z| - |l b| d_max: beyond |l b| d_max / Re p it grows for good.
+Outside all switches F_i = k_i y_i + d_i with |d_i| <= p_i. An unstable coordinate z = l x of the
+closed matrix obeys z' = s z - Σ l b_i d_i + l d, hence |z|' >= Re s |z| - Σ |l b_i| p_i - |l d|:
+beyond (Σ |l b_i| p_i + |l d|) / Re s it grows for good.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
 
-from aeroflutter.motion._kernel_exact_proofs import Proofs
-from aeroflutter.motion._kernel_exact_tables import balance
+from aeroflutter.motion._kernel_proofs import Proofs
+from aeroflutter.motion.step_tables import balance
+from aeroflutter.springs._kernel_columns import DIRECTION, SLOPE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.motion._kernel_exact import Law
+    from aeroflutter.motion.flow import Flow
 
     Array = NDArray[np.float64]
 
-__all__ = ["proofs_of"]
+__all__ = ["proofs_of", "proofs_of_many"]
 
 ZERO = 1e-11  # eigenvalues below this part of the largest are zero
 BASIS = 1e9  # condition beyond which eigenvectors are no basis to be trusted
+NEVER, UNLESS_PUSHED, ALWAYS = 0, 2, 1  # whether the motion about the rest of a mode dies out
 
 
-class Spectrum(NamedTuple):
-    """Eigenvalues of a piece's matrix, those below `small` being zero; vectors, and their inverse.
+class Spectra(NamedTuple):
+    """Eigenvalues of k matrices, and which of them are zero; right and left eigenvectors.
 
-    `scale` is what its coordinates are measured in. There is no inverse where the eigenvectors
-    are no basis to be trusted.
+    Attributes
+    ----------
+    matrices, values, vectors, inverse
+        (k, n, n), (k, n), (k, n, n), (k, n, n).
+    small
+        What counts as zero, (k,).
+    scale
+        What the states are measured in, (k, n).
+    trusted
+        Whether the eigenvectors are a basis to be trusted, (k,).
     """
 
-    matrix: Array
+    matrices: Array
     values: Any
     vectors: Any
-    inverse: Any | None
+    inverse: Any
+    small: Array
     scale: Array
-    small: float
+    trusted: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, A: Array) -> Spectrum:
-        """Spectrum of A, (n, n)."""
-        values, vectors = np.linalg.eig(A)
-        scale, small = balance(A), float(ZERO * np.abs(values).max())
-        return cls(A, values, vectors, _inverse(vectors, scale), scale, small)
-
-    @property
-    def unstable(self) -> bool:
-        """Whether an eigenvalue has a positive real part that is not round-off."""
-        return bool(self.values.real.max() > self.small)
-
-
-class Decay(NamedTuple):
-    """Coordinates of one piece that never grow; see `Proofs`."""
-
-    rows: Array
-    heads: NDArray[np.int64]
-    free: Array
+    def of(cls, matrices: Array) -> Spectra:
+        """Spectra of matrices, (k, n, n)."""
+        n = matrices.shape[1]
+        values, vectors = np.linalg.eig(matrices)
+        scale = np.array([balance(one) for one in matrices]).reshape(matrices.shape[:2])
+        inverse = _inverses(vectors)
+        sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, :, None]) ** 2, axis=1))
+        scaled = np.abs(sizes[:, :, None] * inverse * scale[:, None, :]) ** 2
+        condition = np.sqrt(n * np.sum(scaled, axis=(1, 2)))  # Frobenius: unit columns
+        small = ZERO * np.max(np.abs(values), axis=1)
+        return cls(matrices, values, vectors, inverse, small, scale, condition < BASIS)
 
 
-def proofs_of(system: LureSystem, law: Law) -> Proofs:
-    """Proofs for a system with a piecewise-linear spring.
+def _inverses(vectors: Any) -> Any:
+    """Inverses of k matrices; infinities for those that have none."""
+    try:
+        return np.linalg.inv(vectors)
+    except np.linalg.LinAlgError:
+        if len(vectors) == 1:
+            return np.full_like(vectors, np.inf)
+        return np.concatenate([_inverses(one[None]) for one in vectors])
+
+
+def proofs_of(flow: Flow, known: Proofs | None = None) -> Proofs:
+    """Proofs for the modes of a flow that have their tables.
 
     Parameters
     ----------
-    system
-        x' = A x - b F(c x), n states.
-    law
-        The spring as the kernels' numbers.
+    flow
+        The flow.
+    known
+        Proofs of the first of them.
     """
-    n = system.order
-    slopes = np.array([1.0]) if law.memory else law.slopes
-    inputs = [(0.0, 1.0)] if law.memory else [(-offset, 0.0) for offset in law.offsets]
-    spectra = {slope: Spectrum.of(system.closed(slope)) for slope in set(slopes.tolist())}
-    p = slopes.size
-    decays, heads = np.zeros(p, dtype=np.int64), np.zeros((p, n), dtype=np.int64)
-    rows, centre, rest = np.zeros((p, n, n)), np.zeros((p, 2, n)), np.zeros((p, 2))
-    free = np.zeros((p, n))
-    for i, slope in enumerate(slopes.tolist()):
-        pushed = bool(np.any(inputs[i]))
-        decay = _decay(spectra[slope], system.c, pushed)
-        if decay is None:
-            continue
-        decays[i] = 1
-        rows[i], heads[i], free[i] = decay
-        if pushed:
-            steady = -np.linalg.solve(spectra[slope].matrix, system.b)
-            centre[i] = np.outer(inputs[i], steady)
-            rest[i] = centre[i] @ system.c
-    grows, against = _growth(spectra, system.b, law)
-    unstable = spectra[slopes[0]].unstable or spectra[slopes[-1]].unstable
-    return Proofs(decays, rows, heads, centre, rest, free, grows, against, int(unstable))
+    if known is None:
+        return proofs_of_many([flow])[0]
+    first = known.decays.size
+    generators = flow.arrays.generator[first:]
+    spectra = Spectra.of(generators[:, :, : flow.n])
+    new = _decays(generators, flow.C, spectra, np.arange(len(generators)))
+    joined = [np.concatenate(pair) for pair in zip(known[: len(new)], new, strict=True)]
+    return Proofs._make((*joined, known.grows, known.against, known.unstable))
 
 
-def _inverse(vectors: Any, scale: Array) -> Any | None:
-    """Inverse of the eigenvectors, if their condition in scaled coordinates is to be trusted."""
-    sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, None]) ** 2, axis=0))
-    try:
-        inverse = np.linalg.inv(vectors)
-    except np.linalg.LinAlgError:
-        return None
-    scaled = sizes[:, None] * inverse * scale
-    condition = np.sqrt(sizes.size * np.sum(np.abs(scaled) ** 2))  # Frobenius: unit columns
-    return inverse if condition < BASIS else None
+def proofs_of_many(flows: Sequence[Flow]) -> list[Proofs]:
+    """Proofs for flows with the same springs and as many tables each, made together."""
+    first = flows[0]
+    k, n = first.arrays.step.size, first.n
+    generators = np.concatenate([flow.arrays.generator for flow in flows])
+    rests = np.flatnonzero(np.tile(_can_rest(first), len(flows)))
+    parts = _decays(generators, first.C, Spectra.of(generators[rests, :, :n]), rests)
+    outer = list(product(*(set(piece.outside) for piece in first.pieces)))
+    closed = [flow.closed(slopes) for flow in flows for slopes in outer]
+    values = np.linalg.eigvals(np.array(closed))
+    rising = np.max(values.real, axis=1) > ZERO * np.max(np.abs(values), axis=1)
+    unstable = np.any(rising.reshape(len(flows), len(outer)), axis=1)
+    found = []
+    for i, flow in enumerate(flows):
+        own: Any = (part[i * k : (i + 1) * k] for part in parts)
+        grows = np.zeros((0, 2, n)), np.zeros(0)
+        if unstable[i] and len(outer) == 1:
+            grows = _growth(flow, Spectra.of(np.array(closed[i : i + 1])))
+        found.append(Proofs._make((*own, *grows, int(unstable[i]))))
+    return found
 
 
-def _decay(spectrum: Spectrum, c: Array, pushed: bool) -> Decay | None:
-    """Coordinates in which a piece decays, or stays if nothing pushes it; None if it may grow."""
-    values = spectrum.values
-    neutral = np.abs(values) <= spectrum.small
-    if (
-        np.any(values.real[~neutral] >= -spectrum.small)
-        or neutral.sum() > 1
-        or (neutral.any() and pushed)
-    ):
-        return None
-    if spectrum.inverse is not None:
-        return _modal(c, spectrum, neutral)
-    return None if neutral.any() else _quadratic(spectrum.matrix, c, spectrum.scale)
+def _can_rest(flow: Flow) -> NDArray[np.bool_]:
+    """Whether a motion can stay in a mode with each table: not where an output must go on, (k,)."""
+    k = flow.arrays.step.size
+    places = np.argsort(flow.arrays.lookup)[-k:] if k else np.empty(0, dtype=np.int64)
+    rests = np.ones(k, dtype=bool)
+    for piece, slopes in zip(flow.pieces, flow.slopes_at(places).T, strict=True):
+        free = piece.rows[piece.rows[:, DIRECTION] == 0.0, SLOPE]
+        rests &= np.isin(slopes, free)
+    return rests
 
 
-def _modal(c: Array, spectrum: Spectrum, neutral: NDArray[np.bool_]) -> Decay:
-    """Modal coordinates, each scaled by the y that it makes."""
-    n = c.size
-    values, vectors, left = spectrum.values, spectrum.vectors, spectrum.inverse
-    assert left is not None
-    weight = np.abs(c @ vectors)
-    rows, heads, free = np.zeros((n, n)), np.zeros(n, dtype=np.int64), np.zeros(n)
-    place = 0
-    for i in np.flatnonzero(values.imag >= 0.0):
-        if neutral[i]:
-            free = ((c @ vectors)[i] * left[i]).real
-            continue
-        paired = values[i].imag > 0.0
-        rows[place] = (2.0 if paired else 1.0) * weight[i] * left[i].real
-        heads[place] = 1
-        if paired:
-            rows[place + 1] = 2.0 * weight[i] * left[i].imag
-        place += 2 if paired else 1
-    heads[place:] = 1
-    return Decay(rows, heads, free)
+def _decays(
+    generators: Array, C: Array, spectra: Spectra, at: NDArray[np.int64]
+) -> tuple[Any, ...]:
+    """What says that a mode dies out: the first seven fields of `Proofs`.
+
+    Of the generators only those `at` some places have their spectra, and a motion can rest there.
+
+    Modal coordinates, each weighted by the outputs that it makes: LAPACK puts the two of a pair
+    side by side, and the real and the imaginary part of the first are a group.
+    """
+    values, left = spectra.values, spectra.inverse
+    n = values.shape[1]
+    neutral = np.abs(values) <= spectra.small[:, None]
+    count = np.sum(neutral, axis=1)
+    falls = np.all((values.real < -spectra.small[:, None]) | neutral, axis=1) & (count < 2)
+    decays = np.where(falls, np.where(count > 0, UNLESS_PUSHED, ALWAYS), NEVER)
+    decays[~spectra.trusted] = NEVER
+    with np.errstate(invalid="ignore"):
+        made = C @ spectra.vectors
+        paired = np.where(values.imag > 0.0, 2.0, 1.0) * ((values.imag >= 0.0) & ~neutral)
+        weights = np.abs(made) * paired[:, None, :]
+        rows = np.where(values.imag[:, :, None] >= 0.0, left.real, -left.imag)
+        rows = np.where(neutral[:, :, None], 0.0, rows)
+        free = ((made * neutral[:, None, :]) @ np.where(neutral[:, :, None], left, 0.0)).real
+    heads = (values.imag >= 0.0).astype(np.int64)
+    for i in np.flatnonzero(falls & ~spectra.trusted & (count == 0)):
+        found = _quadratic(spectra.matrices[i], C, spectra.scale[i])
+        if found is not None:
+            decays[i] = ALWAYS
+            rows[i], heads[i], weights[i] = found
+    sure = decays == ALWAYS
+    centre = np.zeros((decays.size, n, generators.shape[2] - n))
+    centre[sure] = -np.linalg.solve(spectra.matrices[sure], generators[at[sure], :, n:])
+    parts = decays, rows, heads, weights, centre, C @ centre, free
+    return tuple(_spread(part, at, len(generators)) for part in parts)
 
 
-def _quadratic(A: Array, c: Array, scale: Array) -> Decay | None:
-    """One Lyapunov function, whose root is scaled by the largest y on its unit level."""
-    n = c.size
+def _spread(part: Any, at: NDArray[np.int64], count: int) -> Any:
+    """Rows put to their places among `count`, zeros elsewhere."""
+    whole = np.zeros((count, *part.shape[1:]), dtype=part.dtype)
+    whole[at] = part
+    return whole
+
+
+def _quadratic(A: Array, C: Array, scale: Array) -> tuple[Array, NDArray[np.int64], Array] | None:
+    """One Lyapunov function, its root weighted by the largest outputs on its unit level."""
+    import scipy.linalg
+
+    m, n = C.shape
     D = A * scale[None, :] / scale[:, None]
     P = scipy.linalg.solve_continuous_lyapunov(D.T, -np.eye(n) * np.abs(D).max())
     P = 0.5 * (P + P.T)
     if np.linalg.eigvalsh(P).min() <= 0.0 or np.linalg.eigvalsh(D.T @ P + P @ D).max() >= 0.0:
         return None
-    reach = np.sqrt((c * scale) @ np.linalg.solve(P, c * scale))
-    rows = reach * np.linalg.cholesky(P).T / scale[None, :]
-    heads = np.zeros(n, dtype=np.int64)
+    scaled = C * scale
+    heads, weights = np.zeros(n, dtype=np.int64), np.zeros((m, n))
     heads[0] = 1
-    return Decay(rows, heads, np.zeros(n))
+    weights[:, 0] = np.sqrt(np.sum(scaled.T * np.linalg.solve(P, scaled.T), axis=0))
+    return np.linalg.cholesky(P).T / scale[None, :], heads, weights
 
 
-def _growth(spectra: dict[float, Spectrum], b: Array, law: Law) -> tuple[Array, Array]:
-    """Unstable coordinates of the outer piece and the size beyond which they grow for good."""
-    n = b.size
-    none = np.zeros((0, 2, n)), np.zeros(0)
-    if law.memory:
-        slope, push = 1.0, float(np.abs(law.loop[2:]).max())
-    else:
-        slope, breaks = float(law.slopes[0]), law.edges[1:-1]
-        if slope != law.slopes[-1]:
-            return none
-        between = law.slopes[1:] * breaks + law.offsets[1:] - slope * breaks
-        push = float(np.abs(np.append(between, law.offsets[[0, -1]])).max())
-    spectrum = spectra[slope]
-    if not spectrum.unstable:
-        return none
-    values, rows = spectrum.values, spectrum.inverse
-    if rows is None:
-        values, vectors = np.linalg.eig(spectrum.matrix.T)
+def _growth(flow: Flow, outer: Spectra) -> tuple[Array, Array]:
+    """Unstable coordinates of the outer mode, and the size beyond which they grow for good."""
+    values, rows = outer.values[0], outer.inverse[0]
+    if not outer.trusted[0]:
+        values, vectors = np.linalg.eig(outer.matrices[0].T)
         rows = vectors.T
-    grows = (values.real > spectrum.small) & (values.imag >= 0.0)
+    grows = (values.real > outer.small[0]) & (values.imag >= 0.0)
     left = rows[grows]
-    return np.stack((left.real, left.imag), axis=1), np.abs(left @ b) * push / values[grows].real
+    push = np.array([piece.push for piece in flow.pieces])
+    against = (np.abs(left @ flow.B) @ push + np.abs(left @ flow.d)) / values[grows].real
+    return np.stack((left.real, left.imag), axis=1), np.ascontiguousarray(against)

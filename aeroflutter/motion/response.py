@@ -337,12 +337,12 @@ def simulate(
 
 def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]:
     """The `march` of the engine that fits; each is imported only when it is wanted."""
-    from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
+    from aeroflutter.springs import straight
 
     engine: Any
     if options.engine == "houbolt":
         from aeroflutter.motion import houbolt as engine
-    elif isinstance(simplify(spring), PiecewiseLinear | Hysteresis):
+    elif straight(spring):
         from aeroflutter.motion import exact as engine
     else:
         from aeroflutter.motion import smooth as engine

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from aeroflutter.motion._kernel_settle import fundamental, mismatch, repeats
 from aeroflutter.motion.response import SimulateOptions, State
-from aeroflutter.springs import Hysteresis, PiecewiseLinear
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.model.lure import LureSystem
+    from aeroflutter.motion.flow import Flow
     from aeroflutter.springs import Spring
 
     Array = NDArray[np.float64]
@@ -217,8 +218,9 @@ def _loops(count: int) -> str:
 def closed_slopes(spring: Spring, pitch: float) -> tuple[float, ...]:
     """Slopes that the spring can have, as far as they are finite; at `pitch` if they are not."""
     slopes = set(spring.slope_range())
-    if isinstance(spring, PiecewiseLinear):
-        slopes |= set(spring.pieces().slopes)
+    table = spring.piece_table()
+    if table is not None:
+        slopes |= set(table.slopes)
     finite = {float(slope) for slope in slopes if np.isfinite(slope)}
     if len(finite) < len(slopes):
         step = 1e-6 * max(abs(pitch), spring.scale)
@@ -262,35 +264,16 @@ def cycle_measures(times: Array, values: Array, loops: int) -> dict[str, float]:
 def rest_pitch(system: LureSystem, spring: Spring, state: Array, memory: float) -> float:
     """Pitch at which the motion ends if it provably stays on its branch of the spring; else NaN.
 
-    On one linear branch y - y_rest = Σ (c v_k) ζ_k exp(p_k τ) over the modes of the closed
-    system. With Re p_k < 0, or p_k = 0 for a branch that leaves pitch free, no term ever exceeds
-    its present size: if their sum does not reach the edges of the branch, no switch can follow.
+    The exact engine's own proof; a smooth spring has no branch to stay on.
     """
-    slope, offset, low, high = branch(spring, float(system.c @ state), memory)
-    if np.isnan(slope):
+    if spring.piece_table() is None:
         return float("nan")
-    values, vectors = np.linalg.eig(system.closed(slope))
-    free = np.abs(values) < 1e-9
-    if np.any(values.real[~free] >= 0.0) or (free.any() and offset != 0.0):
-        return float("nan")
-    if np.linalg.cond(vectors) > 1e10:
-        return float("nan")
-    balance = np.linalg.lstsq(system.closed(slope), system.b * offset, rcond=None)[0]
-    weight = (system.c @ vectors) * np.linalg.solve(vectors, state - balance)
-    rest = float(system.c @ balance + np.sum(weight[free]).real)
-    reach = float(np.sum(np.abs(weight[~free])))
-    return rest if low < rest - reach and rest + reach < high else float("nan")
+    return _flow(system, spring).rest(state, memory)
 
 
-def branch(spring: Spring, pitch: float, memory: float) -> tuple[float, float, float, float]:
-    """Slope and offset of the branch at `pitch`, and the pitches between which it holds."""
-    if isinstance(spring, PiecewiseLinear):
-        pieces = spring.pieces()
-        i = int(np.searchsorted(pieces.breaks, pitch))
-        edges = np.concatenate(([-np.inf], pieces.breaks, [np.inf]))
-        return float(pieces.slopes[i]), float(pieces.offsets[i]), edges[i], edges[i + 1]
-    if isinstance(spring, Hysteresis):
-        low = memory + spring.v2 if memory > spring.h_low else -np.inf
-        high = memory + spring.v1 if memory < spring.h_high else np.inf
-        return 1.0, -memory, low, high
-    return np.nan, np.nan, np.nan, np.nan
+@lru_cache(maxsize=16)
+def _flow(system: LureSystem, spring: Spring) -> Flow:
+    """Shared by all marches of one system (systems are equal only to themselves)."""
+    from aeroflutter.motion.flow import Flow
+
+    return Flow(system, [spring])

@@ -2,7 +2,8 @@
 
 from aeroflutter.springs.base import Describing, Pieces, PiecewiseLinear, Spring, respond
 from aeroflutter.springs.hysteresis import Hysteresis
-from aeroflutter.springs.simplify import simplify
+from aeroflutter.springs.piece_table import PieceTable
+from aeroflutter.springs.simplify import simplify, straight
 from aeroflutter.springs.static import Bilinear, Cubic, Freeplay, Linear, Table
 
 __all__ = [
@@ -12,10 +13,12 @@ __all__ = [
     "Freeplay",
     "Hysteresis",
     "Linear",
+    "PieceTable",
     "Pieces",
     "PiecewiseLinear",
     "Spring",
     "Table",
     "respond",
     "simplify",
+    "straight",
 ]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
+from aeroflutter.springs.piece_table import PieceTable
 
 __all__ = ["Describing", "Pieces", "PiecewiseLinear", "Spring", "respond"]
 
@@ -80,6 +81,10 @@ class Spring(ABC):
     def span(self) -> tuple[float, float]:
         """Pitches between which the law is nonlinear; beyond them it is (close to) straight."""
 
+    def piece_table(self) -> PieceTable | None:
+        """The law as modes of straight pieces, or None if it is not made of such."""
+        return None
+
     def corners(self, bias: ArrayLike = 0.0) -> Array:
         """Amplitudes, shape (m, ...), at which the describing function has a kink at a bias."""
         return np.empty((0, *np.shape(bias)))
@@ -131,6 +136,11 @@ class PiecewiseLinear(Spring):
     @abstractmethod
     def pieces(self) -> Pieces:
         """Breaks, slopes and intercepts of the law."""
+
+    def piece_table(self) -> PieceTable:
+        """One mode a piece."""
+        pieces = self.pieces()
+        return PieceTable.static(pieces.breaks, pieces.slopes, pieces.offsets)
 
     @property
     def scale(self) -> float:

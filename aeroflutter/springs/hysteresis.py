@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aeroflutter.springs.base import Array, Describing, Spring, check_factor, check_fields
+from aeroflutter.springs.piece_table import PieceTable
 
 __all__ = ["Hysteresis"]
 
@@ -92,6 +93,10 @@ class Hysteresis(Spring):
     def moment(self, alpha: ArrayLike, memory: ArrayLike = 0.0) -> Array:
         """Restoring moment F = α - h (radians)."""
         return np.asarray(np.asarray(alpha, dtype=float) - memory)
+
+    def piece_table(self) -> PieceTable:
+        """Stick, and the flats of a rising and of a falling motion."""
+        return PieceTable.loop(self.v1, self.v2, self.h_low, self.h_high)
 
     def describing(self, amplitude: ArrayLike, bias: ArrayLike = 0.0) -> Describing:
         """Describing function of the steady loop under α = bias + amplitude·sin θ.

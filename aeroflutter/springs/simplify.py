@@ -8,7 +8,7 @@ from aeroflutter.springs.base import PiecewiseLinear, Spring
 from aeroflutter.springs.hysteresis import Hysteresis
 from aeroflutter.springs.static import Bilinear, Cubic, Freeplay, Linear
 
-__all__ = ["simplify"]
+__all__ = ["simplify", "straight"]
 
 
 def simplify(spring: Spring) -> Spring:
@@ -26,6 +26,11 @@ def simplify(spring: Spring) -> Spring:
     if isinstance(spring, PiecewiseLinear) and not isinstance(spring, Linear):
         return _simplify_pieces(spring)
     return spring
+
+
+def straight(spring: Spring) -> bool:
+    """Whether a law is made of straight pieces, which the exact engine takes."""
+    return simplify(spring).piece_table() is not None
 
 
 def _simplify_loop(loop: Hysteresis) -> Spring:

@@ -1,68 +1,33 @@
-"""Compiled variational flow of the exact engine: tangents carried from maximum to maximum of y.
-
-Between switches a tangent (δx, δh) is carried by the same matrix exponential as the state. F is
-continuous, so x' is, and the saltation matrix of a switch is the identity in x. The memory alone
-jumps: where it meets a stop it forgets (δh = 0), and where pitch turns back on a flat it takes up
-pitch, h = y - V, with δh = c δx because y' = 0 there. On a flat h follows y all along.
-"""
+"""Compiled variational flow: tangents carried from maximum to maximum of the first output."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2
-from aeroflutter.motion._kernel_exact import (
-    HUGE,
-    NONE,
-    REVERSAL,
-    STICK,
-    ZENO,
-    Law,
-    advance,
-    combine,
-    flow_matrix,
-    memory_at,
+from aeroflutter.motion._kernel_ends import memory_of, variable
+from aeroflutter.motion._kernel_flow import (
+    AT_TURN,
+    NOW,
+    STOPPED,
+    TREND,
+    Motion,
+    System,
+    follow_y,
+    march,
     output,
-    start,
-    step_end,
-    switch,
-    window,
-    workspace,
 )
-from aeroflutter.motion._kernel_exact_ends import PATIENCE
-from aeroflutter.motion._kernel_exact_roots import Y
-from aeroflutter.motion._kernel_exact_tables import DEGREE, Array, Tables
+from aeroflutter.springs._kernel_columns import SLIDES
 
-DONE, OVERFLOW, STUCK, QUIET = 0, 1, 2, 3  # QUIET: no maximum of y within PATIENCE steps
+Array = NDArray[np.float64]
 
-
-@kernel
-def carry(M: Array, tangents: Array, du: Array, scratch: Array) -> None:
-    """Tangents of the states, the first n rows, over a step: δx ← E δx + g δu."""
-    n = tangents.shape[0] - 1
-    m = n + 1
-    for i in range(n):
-        for k in range(tangents.shape[1]):
-            total = M[0, i * m + n] * du[k]
-            for j in range(n):
-                total += M[0, i * m + j] * tangents[j, k]
-            scratch[i, k] = total
-    tangents[:n] = scratch
+PATIENCE = 20_000  # steps without an extremum
+TROUGH, COUNT = 0, 1  # what `clock` carries on
 
 
-@kernel
-def follow_y(c: Array, tangents: Array) -> None:
-    """Tangent of a memory that moves with y: δh = c δx, the last row."""
-    n = c.size
-    for k in range(tangents.shape[1]):
-        total = 0.0
-        for i in range(n):
-            total += c[i] * tangents[i, k]
-        tangents[n, k] = total
-
-
-@kernel
+@kernel(inner=True, bare=True)
 def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
     """Gram-Schmidt, done twice, in units of `unit`; adds the logarithms of the norms to `logs`.
 
@@ -84,7 +49,8 @@ def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
         for i in range(m):
             total += (tangents[i, k] / unit[i]) ** 2
         if total <= 1e-28 * before:
-            tangents[:, k] = 0.0
+            for i in range(m):
+                tangents[i, k] = 0.0
             logs[k] = -np.inf
             continue
         norm = np.sqrt(total)
@@ -93,110 +59,66 @@ def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
             tangents[i, k] /= norm
 
 
-@kernel(entry=True)
+@kernel(entry=True, patient=True, bare=True)
 def returns(
-    tables: Tables,
-    law: Law,
-    x: Real1,
-    h: float,
-    mode: int,
-    trend: int,
-    tangents: Real2,
+    system: System,
+    motion: Motion,
     unit: Real1,
-    reach: Real1,
+    total: Real1,
+    clock: Real1,
     points: Real2,
     times: Real1,
     troughs: Real1,
     logs: Real2,
-) -> tuple[int, int, float, int, int]:
-    """March over m maxima of y, the tangents made orthonormal again at each.
+) -> int:
+    """March over the maxima of the first output, the tangents made orthonormal again at each.
 
     Parameters
     ----------
-    x
-        State, (n,); left as the last one.
-    h, mode, trend
-        Memory, mode and sign of y'; a negative mode and a trend of 0 are found from the state.
-    tangents
-        Columns (δx, δh), (n+1, k); left as the last ones.
+    motion
+        With tangents; left where it stopped.
     unit
-        What counts as one of each, (n+1,).
-    reach
-        Raised to the largest size of each state on the way, (n,).
+        What counts as one of each entry of (x, h), (n+m,).
+    total
+        Growth of the tangents so far, logarithms, (k,).
+    clock
+        Lowest y since the last maximum, and the number of maxima so far, (2,).
     points, times, troughs
-        Filled with (x, h) at the maxima, their times from here on, and the lowest minimum of y
-        since the maximum before, (m, n+1), (m,), (m,).
+        Filled with (x, h) at the maxima, their times, and the lowest minimum of y since the
+        maximum before, (c, n+m), (c,), (c,).
     logs
-        Filled with the growth of the tangents since here, logarithms, (m, k).
+        Filled with `total` there, (c, k).
 
     Returns
     -------
-    status, count, h, mode, trend
-        `count` maxima were reached.
+    int
+        How the march stopped, see `_kernel_flow`; `STOPPED` once all maxima are reached.
     """
-    n, columns = x.size, tangents.shape[1]
-    work = workspace(n)
-    xs, w, line, M, c = work.xs, work.polynomials, work.line, work.M, tables.c
-    scratch = np.empty((n, columns))
-    none = np.zeros(columns)
-    total = np.zeros(columns)
-    now = 0
-    xs[0, :n] = x
-    if mode < 0:
-        mode, h = start(law, h, output(c, xs, 0))
-    p, u, low, high, direction = window(law, mode, h)
-    t, trough = 0.0, np.inf
-    count, steps, zero_steps = 0, 0, 0
-    status = DONE
-    while count < points.shape[0]:
-        steps += 1
-        xs[now, n] = u
-        combine(tables.lines, p, xs, now, line)
-        if not abs(w[Y, DEGREE]) < HUGE:
-            status = OVERFLOW
+    m, n = system.C.shape
+    none = motion.none
+    status = variable(STOPPED)
+    while clock[COUNT] < points.shape[0]:
+        stop, most = variable(AT_TURN), variable(PATIENCE)
+        status = march(system, motion, np.inf, most, stop, none, none, none)
+        if status != STOPPED:
             break
-        s, kind, turns, trend = step_end(
-            tables.noise, law.size, xs, now, w, (low, high, direction), trend
-        )
-        du = tangents[n] if law.memory == 1 and mode == STICK else none
-        advance(tables.flow, p, s, xs, now, line, M, n)
-        if s == 1.0:
-            flow_matrix(tables.flow, p, s, M)  # which the state did not need
-        carry(M, tangents, du, scratch)
-        now = 1 - now
-        for i in range(n):
-            reach[i] = max(reach[i], abs(xs[now, i]))
-        after = t + s * tables.step[p]
-        zero_steps = zero_steps + 1 if after == t else 0
-        t = after
-        if kind != NONE:
-            mode, h = switch(law, mode, h, output(c, xs, now), kind)
-            if kind == REVERSAL:
-                follow_y(c, tangents)
-            elif law.memory == 1 and mode == STICK:
-                tangents[n] = 0.0
-            p, u, low, high, direction = window(law, mode, h)
-        if turns:
-            y = output(c, xs, now)
-            steps = 0
-            if trend < 0:
-                trough = min(trough, y)
-            else:
-                held = memory_at(law, mode, h, y)
-                if law.memory == 1 and mode != STICK:
-                    follow_y(c, tangents)
-                orthonormalise(tangents, unit, total)
-                points[count, :n] = xs[now, :n]
-                points[count, n] = held
-                times[count], troughs[count], logs[count] = t, trough, total
-                trough = np.inf
-                count += 1
-            trend = -trend
-        if zero_steps > ZENO:
-            status = STUCK
-            break
-        if steps > PATIENCE:
-            status = QUIET
-            break
-    x[:] = xs[now, :n]
-    return status, count, memory_at(law, mode, h, output(c, xs, now)), mode, trend
+        now = motion.memo[NOW]
+        first = 0
+        y = output(system.C, first, motion.xs, now)
+        if motion.memo[TREND] > 0:
+            clock[TROUGH] = min(clock[TROUGH], y)
+            continue
+        row = int(clock[COUNT])
+        for i in range(m):
+            points[row, n + i] = memory_of(system, motion, i)
+            if system.laws[i, motion.modes[i], SLIDES] != 0.0:
+                follow_y(system.C, i, motion.tangents)
+        orthonormalise(motion.tangents, unit, total)
+        for j in range(n):
+            points[row, j] = motion.xs[now, j]
+        for k in range(total.size):
+            logs[row, k] = total[k]
+        times[row], troughs[row] = motion.clock[0], clock[TROUGH]
+        clock[TROUGH] = np.inf
+        clock[COUNT] += 1.0
+    return status

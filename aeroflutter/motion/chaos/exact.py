@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.motion._kernel_flow import PLACE, UNKNOWN
 from aeroflutter.motion.chaos import _kernel_tangent as kernel
 from aeroflutter.motion.chaos.growth import Growth, Landing, first_tangents
 from aeroflutter.motion.endstates import end_state
-from aeroflutter.motion.prepared import Prepared
-from aeroflutter.motion.settling import branch
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.march import March
 from aeroflutter.motion.spectra import PoincareSection
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["ExactEngine"]
+__all__ = ["ExactEngine", "Tangents"]
 
 SIZING = 64  # maxima from which the size of each state is taken
 
@@ -31,18 +32,18 @@ SIZING = 64  # maxima from which the size of each state is taken
 class ExactEngine:
     """Matrix exponentials between switches; see `growth.Engine`."""
 
-    prepared: Prepared
+    flow: Flow
     name: str = "exact"
     default_cycles: int = 20_000
 
     @classmethod
     def of(cls, system: LureSystem, spring: Spring) -> ExactEngine:
         """The engine of one system with one spring."""
-        return cls(Prepared.of(system, spring))
+        return cls(Flow(system, [spring]))
 
     def land(self, state: Array, memory: float) -> Landing:
         """End state, proved or found by Newton; for a limit cycle, a point that is on it."""
-        end = end_state(self.prepared, state, memory)
+        end = end_state(self.flow, state, memory)
         point, held = end.final_state, end.final_memory
         if end.cycle is not None:
             point, held = end.cycle.z[0, :-1], float(end.cycle.z[0, -1])
@@ -53,59 +54,61 @@ class ExactEngine:
 
     def slope(self, landing: Landing) -> float:
         """Slope of the branch on which the motion is."""
-        pitch = float(self.prepared.system.c @ landing.state_vector)
-        return branch(self.prepared.spring, pitch, landing.memory)[0]
+        y = float(self.flow.C[0] @ landing.state_vector)
+        return self.flow.pieces[0].branch(y, landing.memory)[0]
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
         """Follow the motion with `exponents` tangents over `count` maxima."""
-        n = self.prepared.system.order
-        march = _March(
-            prepared=self.prepared, state=landing.state_vector.copy(), memory=landing.memory,
-            tangents=np.zeros((n + 1, exponents)), unit=np.ones(n + 1), reach=np.zeros(n),
-        )  # fmt: skip
-        march.over(SIZING)
-        march.unit = self._unit(march.reach)
-        march.tangents[:n] = march.unit[:n, None] * first_tangents(n, exponents)
-        march.over(transient)
-        points, times, troughs, logs = march.over(count)
+        flow, n = self.flow, self.flow.n
+        start = flow.begin(landing.state_vector, landing.memory)
+        march = March(flow, start, tangents=np.zeros((n + flow.m, exponents)), reaches=True)
+        tangents = Tangents(march, np.ones(n + flow.m))
+        tangents.over(SIZING)
+        tangents.unit = self._unit(march.motion.reach)
+        march.motion.tangents[:n] = tangents.unit[:n, None] * first_tangents(n, exponents)
+        tangents.over(transient)
+        points, times, troughs, logs = tangents.over(count)
+        last = march.point()
         section = PoincareSection(
             time=times,
-            pitch=points[:, :n] @ self.prepared.system.c,
+            pitch=points[:, :n] @ flow.C[0],
             states=points[:, :n],
-            state_names=self.prepared.system.state_names,
+            state_names=flow.system.state_names,
         )
         return Growth(
             section=section, memory=points[:, n], troughs=troughs, time=times, logs=logs,
-            final_state=march.state, final_memory=march.memory,
+            final_state=last.x, final_memory=float(last.memory[0]),
         )  # fmt: skip
 
     def _unit(self, reach: Array) -> Array:
-        """What counts as one of each (x, h): the size of each state, and that of y for h."""
+        """What counts as one of each (x, h): the size of each state, and that of y for its h."""
         largest = float(reach.max()) or 1.0
-        pitch = float(np.abs(self.prepared.system.c) @ reach) or largest
-        return np.append(np.where(reach > 0.0, reach, largest), pitch)
+        sizes = np.abs(self.flow.C) @ reach
+        memories = np.where(sizes > 0.0, sizes, largest)
+        return np.concatenate((np.where(reach > 0.0, reach, largest), memories))
 
 
 @dataclass
-class _March:
-    """Where the kernel stands between two calls."""
+class Tangents:
+    """A motion with its tangents, between two calls of the kernel."""
 
-    prepared: Prepared
-    state: Array
-    memory: float
-    tangents: Array
+    march: March
     unit: Array
-    reach: Array
-    mode: int = -1
-    trend: int = 0
 
     def over(self, count: int) -> tuple[Array, Array, Array, Array]:
         """Points, times, troughs and logarithms of the growth at the next maxima."""
-        m, k = self.tangents.shape
+        flow, motion = self.march.flow, self.march.motion
+        m, k = motion.tangents.shape
         points, times = np.empty((count, m)), np.empty(count)
         troughs, logs = np.empty(count), np.empty((count, k))
-        _, found, self.memory, self.mode, self.trend = kernel.returns(
-            self.prepared.tables, self.prepared.law, self.state, self.memory, self.mode,
-            self.trend, self.tangents, self.unit, self.reach, points, times, troughs, logs,
-        )  # fmt: skip
+        clock, total = np.array([np.inf, 0.0]), np.zeros(k)
+        motion.clock[0] = 0.0
+        status = UNKNOWN
+        while status == UNKNOWN:
+            status = kernel.returns(
+                flow.arrays, motion, self.unit, total, clock, points, times, troughs, logs
+            )
+            if status == UNKNOWN:
+                flow.prepare(np.array([motion.memo[PLACE]]))
+        found = int(clock[kernel.COUNT])
         return points[:found], times[:found], troughs[:found], logs[:found]

@@ -10,7 +10,7 @@ import numpy as np
 from aeroflutter.motion.chaos.exponents import Exponents, measured, of_eigenvalues
 from aeroflutter.motion.chaos.options import ChaosOptions
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
-from aeroflutter.springs import Hysteresis, PiecewiseLinear, simplify
+from aeroflutter.springs import simplify, straight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -198,7 +198,7 @@ def chaos(
 
 def _engine(system: LureSystem, spring: Spring, progress: Callable[[float], None] | None) -> Engine:
     simple = simplify(spring)
-    if isinstance(simple, PiecewiseLinear | Hysteresis):
+    if straight(simple):
         from aeroflutter.motion.chaos.exact import ExactEngine
 
         return ExactEngine.of(system, simple)

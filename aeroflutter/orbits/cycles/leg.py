@@ -33,7 +33,7 @@ from aeroflutter.springs import Hysteresis
 __all__ = ["STALLED", "Leg", "changes", "located", "start_leg", "turned"]
 
 Array = NDArray[np.float64]
-Switches = tuple[tuple[int, int], ...]
+Switches = tuple[tuple[int, ...], ...]
 
 _STOP = -1  # among kinds of switches
 STALLED = "Newton's method fails at any step"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.motion.endstates import EndOptions, end_states
-from aeroflutter.motion.prepared import Prepared
+from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.continuation import ContinuationOptions, correct
 from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Loop
@@ -93,10 +93,10 @@ def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array
         Where the motions start, about the centre.
     """
     loop = frame.loop
-    prepared = Prepared.of(loop.family.at(speed), loop.spring)
+    flow = Flow(loop.family.at(speed), [loop.spring])
     memory = loop.spring.initial_memory(states @ loop.family.c)
     options = EndOptions(cycles=200, patience=10, duration=_PATIENCE * frame.period)
-    ends = end_states(prepared, states, memory, options, share=True)
+    ends = end_states(flow, states, memory, options, share=True)
     for z, period, loops in zip(ends.cycles.z, ends.cycles.period, ends.cycles.loops, strict=True):
         if loops > 0:
             yield (z if loop.memory else z[: loop.n]).copy(), float(period)

@@ -25,9 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.motion import _kernel_exact as modes
+from aeroflutter.motion._kernel_roots import REVERSAL
+from aeroflutter.motion.flow import Passage
 from aeroflutter.orbits.cycles.centre import static_state
-from aeroflutter.orbits.cycles.loop import Flow, Loop, Passage
+from aeroflutter.orbits.cycles.loop import Flow, Loop
+from aeroflutter.springs._kernel_columns import STICK
 
 __all__ = ["Shooting", "Shot"]
 
@@ -169,6 +171,6 @@ class Shooting:
         return np.append(static_state(self.loop.family, speed, 1.0), 1.0)
 
 
-def meets_stop(switches: tuple[tuple[int, int], ...]) -> bool:
+def meets_stop(switches: tuple[tuple[int, ...], ...]) -> bool:
     """Whether the slider of a loop is carried onto a stop: a flat that ends at an edge."""
-    return any(kind != modes.REVERSAL and mode == modes.STICK for kind, mode in switches)
+    return any(kind != REVERSAL and mode == STICK for kind, mode in switches)

@@ -1,9 +1,10 @@
-"""Compiled end states of a whole column of a map: cells of one system, decided in their order.
+"""Compiled end states of a whole column of a map: cells of one system with one spring, in order.
 
 A cell is followed from return to return on the section where y leaves the spring's top switch
 upwards. It is over when
 
-- a bound of all the motion to come stays within the present piece (damped), or
+- a bound of all the motion to come stays within the present mode (damped), or
+- three returns go to a known cycle as its linearised return map says, or
 - it has joined the path of an earlier cell that ended on an attracting cycle: three returns in a
   row lie on three segments in a row of that path, and come closer to it or stay within the
   error of a straight segment. Where the segments of a path follow each other smoothly and only
@@ -11,67 +12,66 @@ upwards. It is over when
   directions contract onto it, and along it there is but one way to go.
 
 Everything else (the first cells of a column, motions that never reach the section, chaotic ones,
-unstable outer pieces) goes to `timemarch._kernel_exact_ends.settle` from where it stands.
+unstable outer modes) is handed back, to be settled from where it stands.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
-from aeroflutter.kernels.arrays import Real1, Real2, Whole2
-from aeroflutter.motion._kernel_exact import (
-    HIGH,
-    HUGE,
-    LOW,
-    NONE,
-    RISING,
-    STICK,
-    Index,
-    advance,
-    clear,
-    clip,
-    combine,
-    event,
-    round_off,
-    variable,
-    workspace,
-)
-from aeroflutter.motion._kernel_exact_cycle import keep, no_cycles
-from aeroflutter.motion._kernel_exact_ends import (
+from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1, Whole2
+from aeroflutter.motion._kernel_ends import (
     AMPLITUDE,
     ATTRACTOR,
     BIAS,
+    LOOPS,
+    PERIOD,
+    RADIUS,
     REST,
     TIME,
-    Problem,
-    report,
-    settle,
+    Cycles,
+    begin,
+    memory_of,
+    variable,
 )
-from aeroflutter.motion._kernel_exact_proofs import (
-    CONVERGED,
-    DAMPED,
-    KNOWN,
-    LCO,
-    MARGIN,
-    TRAPPED,
+from aeroflutter.motion._kernel_flow import (
+    AT_SWITCH,
+    LAST,
+    NOW,
+    PAUSED,
+    STOPPED,
+    TABLE,
+    Motion,
+    System,
+    enter,
+    march,
 )
-from aeroflutter.motion._kernel_exact_roots import Y
-from aeroflutter.motion._kernel_exact_tables import DEGREE, Array
-from aeroflutter.studies.maps._kernel_paths import (
-    MOST_PATHS,
-    MOST_RETURNS,
-    beside,
-    no_paths,
-    remember,
-    segment,
-    settled,
-)
-from aeroflutter.studies.maps._kernel_targets import MOST_SWITCHES, aim, caught, no_targets
+from aeroflutter.motion._kernel_proofs import DAMPED, KNOWN, LCO, TRAPPED, Proofs, trapped
+from aeroflutter.motion._kernel_roots import ABOVE
 
-OVER, JOINED, CAUGHT, OPEN = 0, 1, 2, 3  # what following a cell came to
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
+OVER, OPEN = 0, 1  # why a call comes back: all cells are over, one is to be settled
+# What `memo` holds: the cell at hand, its returns, how many cycles and paths are known, where the
+# cell went.
+CELL, RETURNS, CYCLES, PATHS, GOAL = 0, 1, 2, 3, 4
+MEMOS = 5
+
+MOST_PATHS = 12
+MOST_RETURNS = 1024
 MOST_STEPS = 4000
+LOOK = 2  # steps between two looks at a motion that does not switch
+MOST_SWITCHES = 64  # between two returns
+LAGS = 4  # periods, in returns, that count as settling
+CLOSE = 1e-2  # what a motion may still change by, relative, when it is handed back
+PARALLEL = 0.1  # relative bend between segments of a slow curve
+LEAST = 0.05  # length of a segment over that of the one before it
+GROWTH = 1.25  # the same for any two segments of a path that goes to its cycle and nowhere else
 BESIDE = 3e-2  # relative distance from a path at which it is first compared with it
 CLOSER = 0.8  # factor by which it must come closer
 STRAIGHT = 0.05  # part of a segment by which it may bend
@@ -79,278 +79,389 @@ FLOOR = 1e-6
 CONFIRMED = 2  # further returns that agree with a path
 NEAR = 5e-2  # relative distance from a known cycle within which returns are compared with its map
 LONG = 12  # returns from which a path is worth keeping beside its cycle
-UNKNOWN = 4  # settled returns in a row before a cycle is sought beside the known ones
+UNKNOWN_CYCLE = 4  # settled returns in a row before a cycle is sought beside the known ones
 PATIENCE = 24  # returns near a known cycle that do not go to it
 
 
-@kernel
-def follow(
-    lines: Array, flows: Array, steps: Array, noise: Array,
-    generator: Array, c: Array, memory: int, edges: Array, table: Index, offsets: Array,
-    loop: Array, law_size: float, decays: Index, rows: Array, heads: Index, centre: Array,
-    rests: Array, free: Array, xs: Array, w: Array, line: Array, M: Array, h: float, points: Array,
-    rates: Array, smooth: Index, sizes: Array, length: Index, count: int, at_cycle: Array,
-    cycle_size: Array, cycle_Q: Array, cycle_P: Array, rho: Array, lags: Index, cycles: int,
-    hints: Index, far: Array, agreed: Index, scratch: Array, time: float,
-) -> tuple[int, int, int, float, float, float, int]:  # fmt: skip
-    """Follow one cell until it is over, has joined a path, or is for `settle` to decide.
+class Paths(NamedTuple):
+    """Returns of cells that ended on cycles: q paths, k returns, n states. The last is the cell's.
 
-    Parameters
+    Attributes
     ----------
-    lines … table, offsets, loop
-        The tables and the law of the system, see `timemarch`.
-    decays … free
-        Proofs that a motion stays on its piece.
-    xs
-        (x, u) in row 0; work space in row 1.
-    h
-        Memory of the spring.
-    points … length
-        Paths; `count` of them are known, the cell at hand fills the last.
-    at_cycle … lags
-        Targets; `cycles` of them are known.
-    hints, far, agreed, scratch
-        Work space.
-    time
-        Longest time.
-
-    Returns
-    -------
-    end, q, now, h, t, rest, k
-        What came of it, the path joined or the cycle, the row of `xs` that holds the state, its memory, the
-        time, the y of rest, and the number of returns.
+    points, rates
+        State and y' at each return, (q, k, n) and (q, k).
+    smooth
+        1 for the segments at which a path may be joined, (q, k).
+    sizes
+        Size of each state over that of y', (q, n).
+    length, cycle
+        Returns, and place of the cycle among those known, (q,).
+    hints, agreed, far
+        Of the cell at hand: the segment on which it lies, how often it has agreed, and how far it
+        was from the path, (q,).
+    waits
+        Its returns near a known cycle, and its settled ones in a row, (2,).
     """
-    n = c.size
-    own = points.shape[0] - 1
-    v1, v2, h_low, h_high = loop[0], loop[1], loop[2], loop[3]
-    now, t, k = 0, 0.0, 0
-    y = 0.0
-    for i in range(n):
-        y += c[i] * xs[0, i]
-    mode = 0
-    if memory:
-        h = clip(clip(h, y - v1, y - v2), h_low, h_high)
+
+    points: Real3
+    rates: Real2
+    smooth: Whole2
+    sizes: Real2
+    length: Whole1
+    cycle: Whole1
+    hints: Whole1
+    agreed: Whole1
+    far: Real1
+    waits: Whole1
+
+
+class Targets(NamedTuple):
+    """Known attracting cycles on the section: q cycles, n states.
+
+    Attributes
+    ----------
+    point, size
+        State of the cycle where it returns, and the scale of each, (q, n).
+    Q, P, rho
+        Derivative of the return map over a period in units of `size`, and the norm in which it
+        contracts by ρ, (q, n, n) twice and (q,).
+    lag
+        Returns a period, (q,); 0 where the cycle does not come to the section.
+    scratch
+        (5, n).
+    """
+
+    point: Real2
+    size: Real2
+    Q: Real3
+    P: Real3
+    rho: Real1
+    lag: Whole1
+    scratch: Real2
+
+
+@kernel(inner=True, bare=True)
+def aligned(paths: Paths, q: int, k: int) -> bool:
+    """Whether segment k of path q and the two after it follow each other smoothly."""
+    points, rates, sizes = paths.points, paths.rates, paths.sizes
+    for j in range(k, k + 2):
+        first, second = rates[q, j + 1] - rates[q, j], rates[q, j + 2] - rates[q, j + 1]
+        ratio = second / first if first != 0.0 else np.inf
+        if not ratio > LEAST:
+            return False
+        bend, long = 0.0, 0.0
+        for i in range(points.shape[2]):
+            one = points[q, j + 1, i] - points[q, j, i]
+            two = points[q, j + 2, i] - points[q, j + 1, i]
+            bend = max(bend, abs(two - ratio * one) / sizes[q, i])
+            long = max(long, max(abs(two), abs(ratio * one)) / sizes[q, i])
+        if bend > PARALLEL * long:
+            return False
+    return True
+
+
+@kernel(inner=True, bare=True)
+def survey(paths: Paths, q: int) -> None:
+    """Sizes of the states on path q, and the segments at which it may be joined.
+
+    They follow each other smoothly, and from there to the cycle none is longer than those
+    before it: where they grow again, the path has passed by an unstable cycle, and those that
+    come along beside it may leave on its other side.
+    """
+    points, rates, smooth, sizes = paths.points, paths.rates, paths.smooth, paths.sizes
+    length = paths.length[q]
+    for i in range(points.shape[2]):
+        size = 0.0
+        for k in range(length):
+            size = max(size, abs(points[q, k, i]) / (abs(rates[q, k]) + 1e-300))
+        sizes[q, i] = max(size, 1e-300)
+    shrinks, longest = True, 0.0
+    for k in range(length - 1, -1, -1):
+        smooth[q, k] = 0
+        if k < length - 1:
+            step = abs(rates[q, k + 1] - rates[q, k])
+            shrinks = shrinks and longest <= GROWTH * step
+            longest = max(longest, step)
+        if shrinks and k < length - 3 and aligned(paths, q, k):
+            smooth[q, k] = 1
+
+
+@kernel(inner=True, bare=True)
+def remember(paths: Paths, q: int, length: int, cycle: int) -> None:
+    """Make the path of the cell at hand path q."""
+    last = paths.length.size - 1
+    paths.length[q], paths.cycle[q] = length, cycle
+    for k in range(length):
+        paths.rates[q, k] = paths.rates[last, k]
+        for i in range(paths.points.shape[2]):
+            paths.points[q, k, i] = paths.points[last, k, i]
+    survey(paths, q)
+
+
+@kernel(inner=True, bare=True)
+def settled(points: Array, rates: Array, k: int) -> bool:
+    """Whether return k of a path is so near a cycle that Newton will find it."""
+    for lag in range(1, LAGS + 1):
+        if k < 2 * lag:
+            return False
+        size = abs(rates[k])
+        new = abs(rates[k] - rates[k - lag])
+        old = abs(rates[k - lag] - rates[k - 2 * lag])
+        if not (new < CLOSE * size and old < 10.0 * CLOSE * size):
+            continue
+        left = new * new / (old - new) if new < old else np.inf
+        if new < 1e-12 * size:
+            left = 0.0
+        if left < CLOSE * size:
+            far = 0.0
+            for i in range(points.shape[1]):
+                span = abs(points[k, i]) + abs(points[k - lag, i])
+                far = max(far, abs(points[k, i] - points[k - lag, i]) / (span + 1e-300))
+            if far < 10.0 * CLOSE:
+                return True
+    return False
+
+
+@kernel(inner=True, bare=True)
+def joined(paths: Paths, q: int, point: Array, rate: float) -> bool:
+    """Whether the cell has joined path q with this return."""
+    rates, points, sizes = paths.rates, paths.points, paths.sizes
+    at = -1
+    if paths.hints[q] >= 0 and paths.agreed[q] >= 0:
+        first, last = paths.hints[q] + 1, min(paths.hints[q] + 2, paths.length[q] - 1)
     else:
-        while mode + 1 < offsets.size and y >= edges[mode + 1]:
-            mode += 1
-    top = offsets.size - 2  # the piece below the last edge
-    for q in range(count):
-        hints[q], agreed[q], far[q] = -1, -1, np.inf
-    switches, waits, still = 0, 0, 0
-    kind = LOW  # so that the first mode is looked at
-    p, piece, u, low, high, direction = 0, 0, 0.0, 0.0, 0.0, 0
-    for _ in range(MOST_STEPS * MOST_RETURNS):
-        if kind != NONE:
-            if memory == 0:
-                p, piece, u, low, high, direction = (
-                    table[mode], mode, -offsets[mode], edges[mode], edges[mode + 1], 0,
-                )  # fmt: skip
-            elif mode == STICK:
-                p, u, direction = table[0], h, 0
-                low = -np.inf if h <= h_low else h + v2
-                high = np.inf if h >= h_high else h + v1
-            elif mode == RISING:
-                p, u, low, high, direction = table[1], -v1, -np.inf, h_high + v1, 1
-            else:
-                p, u, low, high, direction = table[1], -v2, h_low + v2, np.inf, -1
-        xs[now, n] = u
-        if direction == 0 and decays[piece]:
-            rest = rests[piece, 0] + rests[piece, 1] * h
-            y = 0.0
+        first, last = 0, paths.length[q] - 1
+    for k in range(first, last):
+        low, high = rates[q, k], rates[q, k + 1]
+        if (low <= rate < high) or (high < rate <= low):
+            at = k
+            break
+    far, long = np.inf, 0.0
+    if at >= 0 and paths.smooth[q, at] == 1:
+        theta = (rate - rates[q, at]) / (rates[q, at + 1] - rates[q, at])
+        unit = 1.0 / (abs(rate) + 1e-300)
+        far = 0.0
+        for i in range(point.size):
+            step = points[q, at + 1, i] - points[q, at, i]
+            away = abs(point[i] - points[q, at, i] - theta * step)
+            scale = unit / sizes[q, i]
+            far = max(far, away * scale)
+            long = max(long, abs(step) * scale)
+    straight = max(STRAIGHT * long, FLOOR)
+    if not (far < BESIDE and (paths.agreed[q] < 0 or far < max(CLOSER * paths.far[q], straight))):
+        paths.hints[q], paths.agreed[q], paths.far[q] = -1, -1, np.inf
+        return False
+    paths.hints[q], paths.far[q] = at, far
+    paths.agreed[q] += 1
+    return paths.agreed[q] >= CONFIRMED and far < straight
+
+
+@kernel(inner=True, bare=True)
+def near(targets: Targets, j: int, point: Array) -> bool:
+    """Whether a return is so near target j that it is compared with its linear map."""
+    if targets.lag[j] == 0:
+        return False
+    for i in range(point.size):
+        if not abs(point[i] - targets.point[j, i]) / targets.size[j, i] < NEAR:
+            return False
+    return True
+
+
+@kernel(inner=True, bare=True)
+def caught(targets: Targets, j: int, points: Array, k: int) -> bool:
+    """Whether the last three returns go to target j as its linear map says.
+
+    Each of two returns must come closer, in the norm in which the map contracts by ρ, and must
+    land within (1 - ρ)/2 of the distance before of where the linear map puts it: what the
+    linear map leaves out shrinks faster than the distance, so all later returns do the same.
+    """
+    n, lag = points.shape[1], targets.lag[j]
+    if k < 2 * lag:
+        return False
+    at, size, Q, P, work = (
+        targets.point[j], targets.size[j], targets.Q[j], targets.P[j], targets.scratch
+    )  # fmt: skip
+    for i in range(n):
+        for m in range(3):
+            work[m, i] = (points[k - m * lag, i] - at[i]) / size[i]
+    slack = 0.5 * (1.0 - targets.rho[j])
+    before = np.inf
+    for turn in range(2, -1, -1):
+        far, off = 0.0, 0.0
+        for i in range(n):
+            if turn < 2:
+                work[3, i] = work[turn, i]
+                for o in range(n):
+                    work[3, i] -= Q[i, o] * work[turn + 1, o]
+        for i in range(n):
+            for o in range(n):
+                far += work[turn, i] * P[i, o] * work[turn, o]
+                if turn < 2:
+                    off += work[3, i] * P[i, o] * work[3, o]
+        far = np.sqrt(max(far, 0.0))
+        if turn < 2 and not (far < before and np.sqrt(max(off, 0.0)) <= slack * before):
+            return False
+        before = far
+    return True
+
+
+@kernel(inner=True, bare=True)
+def returned(paths: Paths, targets: Targets, memo: Index, waits: Index) -> int:
+    """What the return at hand says: the place of the cycle to which the cell goes, -1 if it is to
+
+    be followed on, -2 if it is to be handed back.
+    """
+    k, own = memo[RETURNS], paths.rates.shape[0] - 1
+    point, rate = paths.points[own, k], paths.rates[own, k]
+    for q in range(memo[PATHS]):
+        if joined(paths, q, point, rate):
+            return paths.cycle[q]
+    close_by = False
+    for j in range(memo[CYCLES]):
+        if near(targets, j, point):
+            close_by = True
+            if caught(targets, j, paths.points[own], k):
+                return j
+    waits[0] += 1 if close_by else 0
+    waits[1] = waits[1] + 1 if settled(paths.points[own], paths.rates[own], k) else 0
+    enough = UNKNOWN_CYCLE if memo[CYCLES] else 0
+    if waits[1] > enough and (waits[0] > PATIENCE or not close_by):
+        return -2
+    return -1 if k + 1 < MOST_RETURNS else -2
+
+
+@kernel(inner=True, bare=True)
+def enter_return(system: System, motion: Motion, paths: Paths, k: int) -> None:
+    """Note the return at hand: the state, and y' there."""
+    n = system.C.shape[1]
+    now, p, own = motion.memo[NOW], motion.memo[TABLE], paths.rates.shape[0] - 1
+    rate = 0.0
+    for i in range(n):
+        paths.points[own, k, i] = motion.xs[now, i]
+        if system.C[0, i] != 0.0:
+            slope = 0.0
             for j in range(n):
-                rest += free[piece, j] * xs[now, j]
-                y += c[j] * xs[now, j]
-            room = min(high - rest, rest - low)
-            if abs(y - rest) < room:
-                bound, group = 0.0, 0.0
-                for i in range(n):
-                    value = 0.0
-                    for j in range(n):
-                        away = xs[now, j] - centre[piece, 0, j] - centre[piece, 1, j] * h
-                        value += rows[piece, i, j] * away
-                    if heads[piece, i]:
-                        bound += np.sqrt(group)
-                        group = 0.0
-                    group += value * value
-                bound += np.sqrt(group)
-                if bound * MARGIN < room:
-                    return OVER, -1, now, h, t, rest, k
-        combine(lines, p, xs, now, line)
-        if not abs(w[Y, DEGREE]) < HUGE:
+                slope += system.generator[p, i, j] * motion.xs[now, j]
+            for j in range(motion.inputs.size):
+                slope += system.generator[p, i, n + j] * motion.inputs[j]
+            rate += system.C[0, i] * slope
+    paths.rates[own, k] = rate
+
+
+@kernel(inner=True, bare=True)
+def goal(
+    system: System, motion: Motion, proofs: Proofs, paths: Paths, targets: Targets, gate: int,
+    longest: float, memo: Index,
+) -> tuple[int, float]:  # fmt: skip
+    """Follow the cell at hand: the place of the cycle to which it goes, -1 if it comes to rest, -2
+
+    if it is to be handed back; the y of rest.
+    """
+    none, waits = motion.none, paths.waits
+    waits[:] = 0
+    memo[RETURNS] = 0
+    for q in range(memo[PATHS]):
+        paths.hints[q], paths.agreed[q], paths.far[q] = -1, -1, np.inf
+    steps, switches, here = 0, 0, -2
+    while proofs.unstable == 0 and motion.clock[0] <= longest:
+        motion.memo[TABLE] = enter(system, motion)
+        if motion.memo[TABLE] < 0:
             break
-        s, kind = 1.0, NONE
-        if not clear(w, low, high, direction):
-            s, kind = event(w, low, high, direction, round_off(noise, xs, now, law_size))
-            s = min(s, 1.0)
-        advance(flows, p, s, xs, now, line, M, n)
-        now = 1 - now
-        t += s * steps[p]
-        if t > time:
-            break
-        if kind == NONE:
-            switches += 1
-            if switches > MOST_STEPS:
+        rest = trapped(system, motion, proofs, motion.memo[TABLE])
+        if not np.isnan(rest):
+            return -1, rest
+        mode = motion.modes[0]
+        stop, most = variable(AT_SWITCH), variable(LOOK)
+        status = march(system, motion, np.inf, most, stop, none, none, none)
+        if status == PAUSED:
+            steps += LOOK
+            if steps > MOST_STEPS:
                 break
             continue
-        returned = kind == HIGH and ((memory == 1 and mode == RISING) or mode == top)
-        if memory == 0:
-            mode = mode - 1 if kind == LOW else mode + 1
-            piece = mode
-        elif mode == STICK:
-            mode = 2 if kind == LOW else RISING
-            returned = False
-        else:
-            if kind == HIGH:
-                h = h_high
-            elif kind == LOW:
-                h = h_low
-            else:
-                y = 0.0
-                for i in range(n):
-                    y += c[i] * xs[now, i]
-                h = clip(y - (v1 if mode == RISING else v2), h_low, h_high)
-            mode = STICK
-        switches += 1
-        if not returned:
+        if status != STOPPED:
+            break
+        steps, switches = 0, switches + 1
+        if mode != gate or motion.memo[LAST] != ABOVE:
             if switches > MOST_SWITCHES:
                 break
             continue
         switches = 0
-        speed = 0.0
-        for i in range(n):
-            if c[i] != 0.0:
-                slope = generator[p, i, n] * u
-                for j in range(n):
-                    slope += generator[p, i, j] * xs[now, j]
-                speed += c[i] * slope
-        for i in range(n):
-            points[own, k, i] = xs[now, i]
-        rates[own, k] = speed
-        for q in range(count):
-            if hints[q] >= 0 and agreed[q] >= 0:
-                at = hints[q] + 1
-                inside = at + 1 < length[q] and (
-                    (rates[q, at] <= speed < rates[q, at + 1])
-                    or (rates[q, at + 1] < speed <= rates[q, at])
-                )
-                at = at if inside else -1
-            else:
-                at = segment(rates, length[q], q, speed, 0)
-            if at < 0 or smooth[q, at] == 0:
-                hints[q], agreed[q], far[q] = -1, -1, np.inf
-                continue
-            away, long = beside(points, rates, sizes, q, at, xs, now, speed)
-            near = away < BESIDE and (
-                agreed[q] < 0 or away < max(CLOSER * far[q], max(STRAIGHT * long, FLOOR))
-            )
-            if not near:
-                hints[q], agreed[q], far[q] = -1, -1, np.inf
-                continue
-            hints[q], far[q] = at, away
-            agreed[q] += 1
-            if agreed[q] >= CONFIRMED and away < max(STRAIGHT * long, FLOOR):
-                return JOINED, q, now, h, t, 0.0, k
-        close_by = False
-        for j in range(cycles):
-            worst = 0.0
-            for i in range(n):
-                worst = max(worst, abs(xs[now, i] - at_cycle[j, i]) / cycle_size[j, i])
-            if worst < NEAR and lags[j] > 0:
-                close_by = True
-                if k >= 2 * lags[j] and caught(
-                    at_cycle, cycle_size, cycle_Q, cycle_P, rho, j, points, own, k, lags[j],
-                    scratch,
-                ):  # fmt: skip
-                    return CAUGHT, j, now, h, t, 0.0, k + 1
-        waits += close_by
-        still = still + 1 if settled(points, rates, own, k) else 0
-        if still > (UNKNOWN if cycles else 0) and (waits > PATIENCE or not close_by):
-            return OPEN, -1, now, h, t, 0.0, k + 1
-        k += 1
-        if k == MOST_RETURNS:
+        motion.memo[TABLE] = enter(system, motion)
+        if motion.memo[TABLE] < 0:
             break
-    return OPEN, -1, now, h, t, 0.0, k
+        enter_return(system, motion, paths, memo[RETURNS])
+        here = returned(paths, targets, memo, waits)
+        memo[RETURNS] += 1
+        if here != -1:
+            break
+    return here if here != -1 else -2, np.nan
 
 
-@kernel(entry=True)
-def decide_column(
-    problem: Problem, states: Real2, memories: Real1, codes: Whole2, numbers: Real2
-) -> tuple[int, int]:
-    """End states of the cells of one system.
+@kernel(entry=True, patient=True, bare=True)
+def follow(
+    system: System,
+    motion: Motion,
+    proofs: Proofs,
+    cycles: Cycles,
+    paths: Paths,
+    targets: Targets,
+    gate: int,
+    longest: float,
+    states: Real2,
+    memories: Real2,
+    codes: Whole2,
+    numbers: Real2,
+    memo: Whole1,
+) -> int:
+    """Follow cells until they are over, or one is to be settled.
 
     Parameters
     ----------
-    problem
-        The system, its spring and the limits.
+    cycles, paths, targets
+        What is known so far.
+    gate
+        The mode that ends at the top switch.
+    longest
+        Time after which a cell is handed back.
     states, memories
-        Where the cells start, (m, n) and (m,).
-    codes
-        Filled with state and reason, (m, 2).
-    numbers
-        Filled with what was found, (m, `NUMBERS`).
+        Where the cells start, (c, n) and (c, 1); of the one handed back, where it stands.
+    codes, numbers
+        See `_kernel_ends.settle`. Of a cell that is handed back: the time so far.
+    memo
+        See above.
 
     Returns
     -------
-    joined, paths
-        Number of cells that joined a path, and of paths.
+    int
+        Why it comes back.
     """
-    tables, law, proofs = problem.tables, problem.law, problem.proofs
-    n = tables.c.size
-    known, own_cycle = no_cycles(MOST_PATHS, n), no_cycles(1, n)
-    paths, targets = no_paths(n), no_targets(n)
-    scratch = np.empty((5, n))
-    work = workspace(n)
-    xs, w, line, M = work.xs, work.polynomials, work.line, work.M
-    hints = np.empty(MOST_PATHS, dtype=np.int64)
-    agreed = np.empty(MOST_PATHS, dtype=np.int64)
-    far = np.empty(MOST_PATHS)
-    x = np.empty(n)
-    cycles, count, joined = variable(0), variable(0), 0
-    for cell in range(memories.size):
-        h, t, k = memories[cell], 0.0, 0
-        x[:] = states[cell]
-        if proofs.unstable == 0:
-            xs[0, :n] = x
-            end, q, now, h, t, rest, k = follow(
-                tables.lines, tables.flow, tables.step,
-                tables.noise, tables.generator, tables.c, law.memory, law.edges, law.table,
-                law.offsets, law.loop, law.size, proofs.decays, proofs.rows, proofs.heads,
-                proofs.centre, proofs.rest, proofs.free, xs, w, line, M, h, paths.points, paths.rates,
-                paths.smooth, paths.sizes, paths.length, count, targets.point,
-                targets.size, targets.Q, targets.P, targets.rho, targets.lag, cycles, hints, far,
-                agreed, scratch, problem.time,
-            )  # fmt: skip
-            if end == OVER:
-                numbers[cell] = np.nan
-                numbers[cell, TIME], numbers[cell, AMPLITUDE] = t, 0.0
-                numbers[cell, BIAS] = numbers[cell, REST] = rest
-                codes[cell, 0], codes[cell, 1] = DAMPED, TRAPPED
-                continue
-            if end != OPEN:
-                j = paths.cycle[q] if end == JOINED else q
-                numbers[cell] = np.nan
-                numbers[cell, TIME] = t
-                report(numbers[cell], known, j, j)
-                codes[cell, 0], codes[cell, 1] = LCO, KNOWN
-                joined += 1
-                if end == CAUGHT and k >= LONG and count < MOST_PATHS:
-                    remember(paths, count, k, j)
-                    count += 1
-                continue
-            x[:] = xs[now, :n]
-        state, reason, _, _ = settle(problem, known, cycles, own_cycle, x, h, numbers[cell])
-        numbers[cell, TIME] += t
-        codes[cell, 0], codes[cell, 1] = state, reason
-        if state != LCO:
+    while True:
+        if memo[GOAL] >= 0 and memo[RETURNS] >= LONG and memo[PATHS] < MOST_PATHS:
+            remember(paths, memo[PATHS], memo[RETURNS], memo[GOAL])
+            memo[PATHS] += 1
+        if memo[CELL] == states.shape[0]:
+            return OVER
+        cell = memo[CELL]
+        begin(system, motion, states[cell], memories[cell])
+        memo[GOAL], rest = goal(system, motion, proofs, paths, targets, gate, longest, memo)
+        row = numbers[cell]
+        row[:] = np.nan
+        row[TIME] = motion.clock[0]
+        if memo[GOAL] == -2:
+            for j in range(states.shape[1]):
+                states[cell, j] = motion.xs[motion.memo[NOW], j]
+            memories[cell, 0] = memory_of(system, motion, 0)
+            return OPEN
+        memo[CELL] += 1
+        if memo[GOAL] == -1:
+            row[AMPLITUDE], row[BIAS], row[REST] = 0.0, rest, rest
+            codes[cell, 0], codes[cell, 1] = DAMPED, TRAPPED
             continue
-        if reason == CONVERGED:
-            if own_cycle.free[0] or cycles == known.loops.size:
-                continue
-            keep(own_cycle, known, cycles)
-            numbers[cell, ATTRACTOR] = cycles
-            aim(tables, law, known, cycles, targets)
-            cycles += 1
-        if count < MOST_PATHS and k >= LONG:
-            remember(paths, count, k, int(numbers[cell, ATTRACTOR]))
-            count += 1
-    return joined, count
+        j = memo[GOAL]
+        row[AMPLITUDE], row[BIAS], row[PERIOD] = (
+            cycles.amplitude[j],
+            cycles.bias[j],
+            cycles.period[j],
+        )
+        row[RADIUS], row[LOOPS], row[ATTRACTOR] = cycles.radius[j], cycles.loops[j], j
+        codes[cell, 0], codes[cell, 1] = LCO, KNOWN

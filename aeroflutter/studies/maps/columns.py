@@ -1,22 +1,21 @@
-"""Columns of a map on the exact engine: made ready once, decided in one compiled call."""
+"""Columns of a map on the exact engine: made ready together, decided cell after cell."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.model.lure import LureSystem
-from aeroflutter.motion import _kernel_exact_ends as ends
-from aeroflutter.motion._kernel_exact_proofs import Proofs
-from aeroflutter.motion._kernel_exact_tables import build, conversions
-from aeroflutter.motion.endstates import EndOptions, problem_of
-from aeroflutter.motion.prepared import Prepared, law_of
-from aeroflutter.springs import Spring, simplify
-from aeroflutter.studies.maps._kernel_column import decide_column
-from aeroflutter.studies.maps._kernel_modal import modal
+from aeroflutter.motion import _kernel_ends as ends
+from aeroflutter.motion._kernel_dense import contraction
+from aeroflutter.motion._kernel_flow import AT_SWITCH, LAST, STOPPED
+from aeroflutter.motion._kernel_proofs import LCO
+from aeroflutter.motion._kernel_roots import ABOVE
+from aeroflutter.motion.endstates import EndOptions, Settling
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.march import March, workspace
+from aeroflutter.studies.maps import _kernel_column as kernel
 
 __all__ = ["Column", "decide_cells"]
 
@@ -24,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class Column(NamedTuple):
-    """How the cells of one system end, (m,) each; see `timemarch.endstates.EndStates`."""
+    """How the cells of one system end, (c,) each; see `motion.endstates.EndStates`."""
 
     state: NDArray[np.int64]
     amplitude: Array
@@ -34,83 +33,121 @@ class Column(NamedTuple):
     time: Array
 
 
-def decide_cells(
-    system: LureSystem,
-    spring: Spring,
-    states: Array,
-    memory: Array,
-    options: EndOptions,
-    step_cap: float | None = None,
-) -> Column:
-    """End states of cells that share a system and a spring, in their order.
+def decide_cells(flow: Flow, states: Array, memory: Array, options: EndOptions) -> Column:
+    """End states of cells that share a flow of one spring, in their order.
 
     Parameters
     ----------
-    system, spring
-        x' = A x - b F(c x), and F.
+    flow
+        The system and its spring.
     states, memory
-        Where the cells start, (m, n) and (m,).
+        Where the cells start, (c, n) and (c,).
     options
         When an end state is settled.
-    step_cap
-        Longest internal step, τ.
     """
-    prepared = _prepared(system, spring, step_cap)
-    codes = np.empty((memory.size, 2), dtype=np.int64)
-    numbers = np.empty((memory.size, ends.NUMBERS))
-    decide_column(problem_of(prepared, options), states, memory, codes, numbers)
+    decided = _Decided(flow, np.array(states), np.array(memory)[:, None], options)
+    decided.run()
+    numbers = decided.numbers
     columns = (ends.AMPLITUDE, ends.BIAS, ends.PERIOD, ends.REST, ends.TIME)
-    return Column(codes[:, 0], *(numbers[:, column] for column in columns))
+    return Column(decided.codes[:, 0], *(numbers[:, column] for column in columns))
 
 
-@lru_cache(maxsize=64)
-def _law(spring: Spring) -> tuple[Spring, Any, Array]:
-    """The simplified spring, and it as the kernels' numbers."""
-    simple = simplify(spring)
-    return simple, *law_of(simple)
+class _Decided:
+    """Cells on their way to their end states: the kernel, and what it leaves to its caller."""
+
+    def __init__(self, flow: Flow, states: Array, memories: Array, options: EndOptions) -> None:
+        n, count = flow.n, states.shape[0]
+        self.flow, self.states, self.memories, self.longest = (
+            flow,
+            states,
+            memories,
+            options.duration,
+        )
+        self.codes = np.empty((count, 2), dtype=np.int64)
+        self.numbers = np.empty((count, ends.NUMBERS))
+        self.settling = Settling(flow, states[:1], memories[:1], options, share=True)
+        self.paths = _no_paths(n)
+        self.targets = _no_targets(n)
+        self.motion = workspace(flow)
+        self.memo = np.zeros(kernel.MEMOS, dtype=np.int64)
+
+    def run(self) -> None:
+        """Decide all of them."""
+        gate = self.flow.pieces[0].modes - 2
+        while True:
+            why = kernel.follow(
+                self.flow.arrays, self.motion, self.flow.proofs, self.settling.cycles, self.paths,
+                self.targets, gate, self.longest, self.states, self.memories, self.codes,
+                self.numbers, self.memo,
+            )  # fmt: skip
+            if why == kernel.OVER:
+                return
+            self.memo[kernel.GOAL] = self._settle(int(self.memo[kernel.CELL]))
+            self.memo[kernel.CELL] += 1
+
+    def _settle(self, cell: int) -> int:
+        """Settle a cell from where it stands; the place of its cycle, or -1."""
+        settling, known, row = self.settling, int(self.memo[kernel.CYCLES]), self.numbers[cell]
+        settling.take(self.states[cell : cell + 1], self.memories[cell : cell + 1])
+        settling.run()
+        time = row[ends.TIME]
+        row[:], self.codes[cell] = settling.numbers[0], settling.codes[0]
+        row[ends.TIME] += time
+        found = int(settling.past.memo[ends.COUNT])
+        if found > kernel.MOST_PATHS:  # no room among the targets: the next cells find it anew
+            settling.past.memo[ends.COUNT] = found = kernel.MOST_PATHS
+        if found > known:
+            aim(self.flow, settling.cycles, known, self.targets)
+            self.memo[kernel.CYCLES] = found
+        place = int(row[ends.ATTRACTOR]) if self.codes[cell, 0] == LCO else -1
+        return place if place < found else -1
 
 
-_NOTHING = np.empty((0, 0)), np.empty(0)
-
-
-def _prepared(system: LureSystem, spring: Spring, step_cap: float | None) -> Prepared:
-    """`Prepared.of`, sparing what the columns of a map have in common."""
-    simple, law, slopes = _law(spring)
-    cap = np.inf if step_cap is None else float(step_cap)
-    tables = build(
-        np.ascontiguousarray(system.A),
-        np.ascontiguousarray(system.b),
-        np.ascontiguousarray(system.c),
-        slopes,
-        cap,
-        *_NOTHING,
-        *conversions(),
+def _no_paths(n: int) -> kernel.Paths:
+    """Room for the paths of a column; the last is that of the cell at hand."""
+    count, length = kernel.MOST_PATHS + 1, kernel.MOST_RETURNS
+    return kernel.Paths(
+        points=np.empty((count, length, n)),
+        rates=np.empty((count, length)),
+        smooth=np.zeros((count, length), dtype=np.int64),
+        sizes=np.ones((count, n)),
+        length=np.zeros(count, dtype=np.int64),
+        cycle=np.zeros(count, dtype=np.int64),
+        hints=np.zeros(count, dtype=np.int64),
+        agreed=np.zeros(count, dtype=np.int64),
+        far=np.zeros(count),
+        waits=np.zeros(2, dtype=np.int64),
     )
-    prepared = Prepared(system, simple, law, tables)
-    proofs = _proofs(system) if law.memory else None
-    if proofs is not None:
-        prepared.__dict__["proofs"] = proofs  # what the cached property would have computed
-    return prepared
 
 
-def _proofs(system: LureSystem) -> Proofs | None:
-    """Proofs of a loop whose stick piece is stable, or None where the general ones are needed."""
-    n = system.order
-    rows, heads = np.zeros((1, n, n)), np.zeros((1, n), dtype=np.int64)
-    centre, rest = np.zeros((1, 2, n)), np.zeros((1, 2))
-    closed = np.ascontiguousarray(system.closed(1.0))
-    if not modal(
-        closed, np.array(system.b), np.array(system.c), rows[0], heads[0], centre[0, 1], rest[0, 1:]
-    ):
-        return None
-    return Proofs(
-        decays=np.ones(1, dtype=np.int64),
-        rows=rows,
-        heads=heads,
-        centre=centre,
-        rest=rest,
-        free=np.zeros((1, n)),
-        grows=np.zeros((0, 2, n)),
-        against=np.zeros(0),
-        unstable=0,
+def _no_targets(n: int) -> kernel.Targets:
+    """Room for the cycles of a column."""
+    count = kernel.MOST_PATHS
+    return kernel.Targets(
+        np.zeros((count, n)), np.ones((count, n)), np.zeros((count, n, n)),
+        np.zeros((count, n, n)), np.ones(count), np.zeros(count, dtype=np.int64),
+        np.zeros((5, n)),
+    )  # fmt: skip
+
+
+def aim(flow: Flow, cycles: ends.Cycles, j: int, targets: kernel.Targets) -> None:
+    """Enter known cycle j among the targets, if it returns to the section."""
+    n, period, gate = flow.n, float(cycles.period[j]), flow.pieces[0].modes - 2
+    point = flow.begin(cycles.z[j, :n], cycles.z[j, n:])
+    march, mode = March(flow, point), -1
+    while mode != gate or march.motion.memo[LAST] != ABOVE:
+        mode = int(march.motion.modes[0])
+        if march.run(period, stop=AT_SWITCH) != STOPPED:
+            return
+    point = march.point()
+    passage = flow.passage(np.append(point.x, point.memory[flow.held]), period)
+    before = [int(point.modes[0])] + [mode for _, mode in passage.switches]
+    rate, size = flow.rate(point), cycles.size[j, :n]
+    along = flow.C[0] @ passage.jacobian[:n, :n] / (flow.C[0] @ rate)
+    Q = (passage.jacobian[:n, :n] - np.outer(rate, along)) * size / size[:, None]
+    targets.point[j], targets.size[j], targets.Q[j] = point.x, size, Q
+    targets.rho[j] = contraction(targets.Q[j], float(cycles.radius[j]), targets.P[j])
+    targets.lag[j] = sum(
+        kind == ABOVE and mode == gate
+        for (kind, _), mode in zip(passage.switches, before, strict=False)
     )

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
+from itertools import groupby, islice
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.motion.response import STATES, SimulateOptions
-from aeroflutter.springs import Hysteresis, PiecewiseLinear
+from aeroflutter.springs import straight
 from aeroflutter.studies.maps.cells import Group
 
-__all__ = ["FAILED", "MARCH", "Ends", "decide", "march_identity"]
+__all__ = ["FAILED", "MARCH", "Ends", "decide", "decide_all", "march_identity"]
 
 Array = NDArray[np.float64]
 
 FAILED = -1  # code of a cell whose block could not be computed
 PATIENCE = 50  # times `cycles` that a motion still settling may take on the exact engine
+TOGETHER = 32  # groups whose flows are made ready together
 MARCH = SimulateOptions(engine="exact", record=False, duration=1e7)
 
 
@@ -56,14 +59,33 @@ def decide(group: Group, options: SimulateOptions) -> Ends:
     Cells are decided in their order. On the exact engine an attracting cycle that one cell has
     found is known to those after it; what it takes to be attracted to it is the same for all.
     """
-    straight = isinstance(group.spring, PiecewiseLinear | Hysteresis)
-    if options.engine == "exact" and straight:
-        return _exact(group, options)
-    return _one_by_one(group, options, straight)
+    ((_, ends),) = decide_all([group], options)
+    return ends
 
 
-def _exact(group: Group, options: SimulateOptions) -> Ends:
+def decide_all(groups: Iterable[Group], options: SimulateOptions) -> Iterator[tuple[Group, Ends]]:
+    """Each group with the end states of its cells, see `decide`.
+
+    The exact engine makes the flows of groups with one spring ready together.
+    """
+    for spring, alike in groupby(groups, key=lambda group: group.spring):
+        exact = straight(spring)
+        if options.engine == "exact" and exact:
+            for batch in _batches(alike, TOGETHER):
+                yield from _exact(batch, options)
+        else:
+            for group in alike:
+                yield group, _one_by_one(group, options, exact)
+
+
+def _batches(groups: Iterator[Group], size: int) -> Iterator[list[Group]]:
+    while batch := list(islice(groups, size)):
+        yield batch
+
+
+def _exact(groups: list[Group], options: SimulateOptions) -> Iterator[tuple[Group, Ends]]:
     from aeroflutter.motion.endstates import EndOptions
+    from aeroflutter.motion.flow import Flow
     from aeroflutter.studies.maps.columns import decide_cells
 
     limits = EndOptions(
@@ -72,15 +94,16 @@ def _exact(group: Group, options: SimulateOptions) -> Ends:
         growth=options.growth,
         duration=options.limit,
     )
-    system, spring, cap = group.system, group.spring, options.step_cap
-    found = decide_cells(system, spring, group.states, group.memory, limits, cap)
-    return Ends(found.state.astype(np.int8), *found[1:])
+    flows = Flow.many([group.system for group in groups], [groups[0].spring], options.step_cap)
+    for flow, group in zip(flows, groups, strict=True):
+        found = decide_cells(flow, group.states, group.memory, limits)
+        yield group, Ends(found.state.astype(np.int8), *found[1:])
 
 
-def _one_by_one(group: Group, options: SimulateOptions, straight: bool) -> Ends:
+def _one_by_one(group: Group, options: SimulateOptions, exact: bool) -> Ends:
     from aeroflutter.motion import houbolt, smooth
 
-    engine = houbolt if straight or options.engine == "houbolt" else smooth
+    engine = houbolt if exact or options.engine == "houbolt" else smooth
     ends = Ends(
         np.zeros(group.index.size, dtype=np.int8), *(np.empty(group.index.size) for _ in range(5))
     )

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
+from aeroflutter.kernels import expect
 from aeroflutter.motion.response import STATES, SimulateOptions
 from aeroflutter.studies.maps.attractors import label
 from aeroflutter.studies.maps.cells import Cells, axis_identity
-from aeroflutter.studies.maps.engines import FAILED, MARCH, Ends, decide, march_identity
+from aeroflutter.studies.maps.engines import FAILED, MARCH, Ends, decide_all, march_identity
 from aeroflutter.studies.maps.executors import Threads
 from aeroflutter.studies.maps.fingerprint import code_hash
 from aeroflutter.studies.maps.grid import Grid
@@ -26,6 +27,7 @@ __all__ = ["FlutterMap", "MapOptions", "MapStudy", "collect", "flutter_map"]
 
 Array = NDArray[np.float64]
 
+LARGE = 1500  # cells from which all kernels are compiled before the first
 SAME_CYCLE = {"exact": 1e-6, "houbolt": 0.02}  # how well two cells find the same cycle
 
 
@@ -165,6 +167,8 @@ class MapStudy:
 
     def warm_up(self) -> None:
         """Decide one cell, which loads or compiles the engine."""
+        if self.grid.cells > LARGE:
+            expect("a large map")
         self.states(self.grid.x.values[:1], self.grid.y.values[:1])
 
     def states(self, x: Array, y: Array) -> NDArray[np.int8]:
@@ -176,8 +180,8 @@ class MapStudy:
         whole: tuple[AnyArray, ...] = Ends(
             np.empty(x.size, dtype=np.int8), *(np.empty(x.size) for _ in range(5))
         )
-        for group in self.cells.groups(x, y):
-            for target, part in zip(whole, decide(group, self.options.march), strict=True):
+        for group, ends in decide_all(self.cells.groups(x, y), self.options.march):
+            for target, part in zip(whole, ends, strict=True):
                 target[group.index] = part
         return Ends(*whole)
 

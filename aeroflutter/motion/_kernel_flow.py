@@ -1,0 +1,471 @@
+"""Compiled flow: a piecewise-linear system with any number of springs, from event to event.
+
+x' = A x - B F(C x) + d. In a mode, one piece a spring, F_i = k_i y_i - u_i is a straight line, the
+flow is a table of `step_tables`, and the mode ends where an output leaves the window of its
+spring's piece or, on the flat of a loop, turns back. The laws are the tables of
+`springs.piece_table`.
+
+There is one march. It carries tangents where there are any, keeps what it is asked to keep, and
+can be stopped at every extremum of the first output. All that it stands on is in `Motion`, so it
+goes on from wherever it was stopped.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1
+from aeroflutter.motion._kernel_roots import (
+    BELOW,
+    DEGREE,
+    NEVER,
+    NONE,
+    REVERSAL,
+    SPACE,
+    WIDTH,
+    Y,
+    event,
+    extent,
+    first_turn,
+    heading,
+    monotone,
+)
+from aeroflutter.springs._kernel_columns import (
+    CEILING,
+    DIRECTION,
+    FLOOR,
+    HELD,
+    HIGH,
+    LAG,
+    LOW,
+    MOVES,
+    OFFSET,
+    PIECE,
+    SLIDES,
+    SLOPE,
+    TO_HIGH,
+    TO_LOW,
+    TO_TURN,
+)
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+# How a march stops: at its end, with a log full, beyond all numbers, at a standstill, where it was
+# told to, after as many steps as it was given, before a mode without a table.
+DONE, FULL, OVERFLOW, STUCK, STOPPED, PAUSED, UNKNOWN = 0, 1, 2, 3, 4, 5, 6
+NOWHERE, AT_TURN, AT_SWITCH = 0, 1, 2  # where it can be told to stop
+# What `memo` counts and carries on.
+NOW, TREND, TABLE, STEPS, EVENTS, TURNS, STILL, LAST, SPRING, PLACE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+MEMOS = 10
+EVENT_COLUMNS = 6  # time, kind, mode after it, y, F, spring
+TURN_COLUMNS = 3  # time, y, +1 at a maximum and -1 at a minimum
+EPSILON = 2.0**-52
+HUGE = 1e250  # beyond it a motion overflows within a step
+ZENO = 200  # steps without progress in time
+
+
+class System(NamedTuple):
+    """A system with its springs as numbers. n states, m springs, q inputs, k modes with tables.
+
+    Attributes
+    ----------
+    C
+        Outputs, (m, n).
+    laws
+        Rows of the piece tables, (m, modes, COLUMNS), those with fewer modes filled up.
+    sizes
+        Largest number of each law, for round-off, (m,).
+    strides, lookup
+        Place of a mode among all: the sum of strides[i] times the place of spring i's slope,
+        (m,), and the table there, or -1.
+    step, lines, flow, generator, d_flow
+        See `StepTables`.
+    noise
+        Bound of the round-off in each output a unit of each entry of (x, u), (m, n+q).
+    """
+
+    C: Real2
+    laws: Real3
+    sizes: Real1
+    strides: Whole1
+    lookup: Whole1
+    step: Real1
+    lines: Real3
+    flow: Real3
+    generator: Real3
+    d_flow: Real3
+    noise: Real2
+
+
+class Motion(NamedTuple):
+    """Where a motion stands, and its work space.
+
+    Attributes
+    ----------
+    xs
+        (x, u) now and next, padded with zeros to the rows of `lines`, (2, rows).
+    w, line
+        See `_kernel_roots`; the rows of y and all after them as one, (2 m SPACE + columns,).
+    M, dM
+        M(s) and its derivative, (n (n+q),); an empty one if there is no parameter.
+    h, modes
+        Memory and mode of each spring, (m,).
+    window
+        Lower and upper edge of each output, and the direction in which it must go, (m, 3).
+    inputs
+        u, (q,); the last is 1 where the system has a load.
+    clock
+        Time, (1,).
+    memo
+        Counts and flags, (MEMOS,).
+    reach
+        Raised to the largest size of each state on the way, (n,), or (0,) if nobody asks.
+    tangents
+        Columns (δx, δh), (n+m, any number).
+    scratch
+        As many, (n, any number).
+    none
+        A log that keeps nothing, (0, 0).
+    """
+
+    xs: Real2
+    w: Real2
+    line: Real1
+    M: Real1
+    dM: Real1
+    h: Real1
+    modes: Whole1
+    window: Real2
+    inputs: Real1
+    clock: Real1
+    memo: Whole1
+    reach: Real1
+    tangents: Real2
+    scratch: Real2
+    none: Real2
+
+
+@kernel(inner=True, bare=True, inline="always")
+def combine(lines: Array, p: int, xs: Array, now: int, line: Array) -> None:
+    """The line of a step from (x, u) on table p: the outputs in both bases, the state at its end.
+
+    Inlined: handing its arrays over would cost as much as its work.
+    """
+    a, b, c, d = xs[now, 0], xs[now, 1], xs[now, 2], xs[now, 3]
+    for k in range(lines.shape[2]):
+        line[k] = (lines[p, 0, k] * a + lines[p, 1, k] * b) + (
+            lines[p, 2, k] * c + lines[p, 3, k] * d
+        )
+    for j in range(4, lines.shape[1], 4):  # four at a time, in loops that the compiler vectorises
+        a, b, c, d = xs[now, j], xs[now, j + 1], xs[now, j + 2], xs[now, j + 3]
+        for k in range(lines.shape[2]):
+            line[k] += (lines[p, j, k] * a + lines[p, j + 1, k] * b) + (
+                lines[p, j + 2, k] * c + lines[p, j + 3, k] * d
+            )
+
+
+@kernel(inner=True, bare=True)
+def round_off(noise: Array, i: int, xs: Array, now: int, size: float) -> float:
+    """Bound of the round-off in output i within a step: of the state alone, whatever the mode.
+
+    Where one mode says that it has ended, the next must not say that it has yet to begin.
+    """
+    n = noise.shape[1] - 1
+    total = size + noise[i, n] * size
+    for j in range(n):
+        total += noise[i, j] * abs(xs[now, j])
+    return 8.0 * EPSILON * total
+
+
+@kernel(inner=True, bare=True)
+def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
+    """M(s), (size,), from its power coefficients (k, w + 1, size)."""
+    s2 = s * s
+    s3 = s2 * s
+    s4 = s2 * s2
+    for k in range(M.size):
+        M[k] = (table[p, 12, k] + s * table[p, 13, k]) + (
+            s2 * table[p, 14, k] + s3 * table[p, 15, k]
+        )
+    for j in range(8, -1, -4):
+        for k in range(M.size):
+            M[k] = M[k] * s4 + (
+                (table[p, j, k] + s * table[p, j + 1, k])
+                + (s2 * table[p, j + 2, k] + s3 * table[p, j + 3, k])
+            )
+
+
+@kernel(inner=True, bare=True)
+def apply(M: Array, xs: Array, now: int, n: int) -> None:
+    """The other row of `xs` ← M (x, u), for M flattened by rows."""
+    m = M.size // n
+    for i in range(n - n % 3, n):
+        s0 = 0.0
+        for j in range(m):
+            s0 += M[i * m + j] * xs[now, j]
+        xs[1 - now, i] = s0
+    for i in range(0, n - 2, 3):  # three rows at a time hide the latency of the sums
+        r0, r1, r2 = i * m, (i + 1) * m, (i + 2) * m
+        s0 = s1 = s2 = 0.0
+        for j in range(m):
+            v = xs[now, j]
+            s0 += M[r0 + j] * v
+            s1 += M[r1 + j] * v
+            s2 += M[r2 + j] * v
+        xs[1 - now, i] = s0
+        xs[1 - now, i + 1] = s1
+        xs[1 - now, i + 2] = s2
+
+
+@kernel(inner=True, bare=True)
+def carry(system: System, motion: Motion, now: int) -> None:
+    """Tangents over a step whose M(s) is known: δx ← E δx + g δu, and the parameter's own part.
+
+    F is continuous, so x' is, and a switch leaves the tangents of the states as they are.
+    """
+    n = system.C.shape[1]
+    M, tangents, scratch = motion.M, motion.tangents, motion.scratch
+    columns = tangents.shape[1]
+    width = M.size // n
+    for i in range(n):
+        for k in range(columns):
+            scratch[i, k] = M[i * width] * tangents[0, k]
+        for j in range(1, n):
+            factor = M[i * width + j]
+            for k in range(columns):
+                scratch[i, k] += factor * tangents[j, k]
+        for spring in range(system.C.shape[0]):
+            factor = system.laws[spring, motion.modes[spring], HELD] * M[i * width + n + spring]
+            if factor != 0.0:
+                for k in range(columns):
+                    scratch[i, k] += factor * tangents[n + spring, k]
+        if motion.dM.size:
+            for j in range(width):
+                scratch[i, columns - 1] += motion.dM[i * width + j] * motion.xs[now, j]
+    for i in range(n):
+        for k in range(columns):
+            tangents[i, k] = scratch[i, k]
+
+
+@kernel(inner=True, bare=True)
+def follow_y(C: Array, spring: int, tangents: Array) -> None:
+    """Tangent of a memory that moves with y: δh = C δx."""
+    n = C.shape[1]
+    for k in range(tangents.shape[1]):
+        total = 0.0
+        for i in range(n):
+            total += C[spring, i] * tangents[i, k]
+        tangents[n + spring, k] = total
+
+
+@kernel(inner=True, bare=True)
+def switch(system: System, motion: Motion, spring: int, kind: int, y: float) -> None:
+    """Mode, memory and its tangent after `kind` ended the mode of a spring at y.
+
+    The memory alone jumps: it forgets where it meets a stop, and takes up y at a reversal, where
+    δh = C δx because y' = 0.
+    """
+    row = system.laws[spring, motion.modes[spring]]
+    motion.memo[TABLE] = -1
+    motion.memo[LAST], motion.memo[SPRING] = kind, spring
+    if kind == REVERSAL:
+        motion.modes[spring] = int(row[TO_TURN])
+        if row[SLIDES] != 0.0:
+            motion.h[spring] = min(max(y - row[LAG], row[FLOOR]), row[CEILING])
+            follow_y(system.C, spring, motion.tangents)
+        return
+    motion.modes[spring] = int(row[TO_LOW] if kind == BELOW else row[TO_HIGH])
+    if row[SLIDES] != 0.0:
+        motion.h[spring] = row[FLOOR] if kind == BELOW else row[CEILING]
+        n = system.C.shape[1]
+        for k in range(motion.tangents.shape[1]):
+            motion.tangents[n + spring, k] = 0.0
+
+
+@kernel(inner=True, bare=True)
+def enter(system: System, motion: Motion) -> int:
+    """Inputs and windows of the modes; the table of the mode of all, or -1."""
+    place = 0
+    for i in range(system.C.shape[0]):
+        row = system.laws[i, motion.modes[i]]
+        h = motion.h[i]
+        motion.inputs[i] = row[HELD] * h - row[OFFSET]
+        motion.window[i, 0] = row[LOW]
+        motion.window[i, 1] = row[HIGH]
+        motion.window[i, 2] = row[DIRECTION]
+        if row[MOVES] != 0.0:
+            motion.window[i, 0] = -np.inf if h <= row[FLOOR] else row[LOW] + row[MOVES] * h
+            motion.window[i, 1] = np.inf if h >= row[CEILING] else row[HIGH] + row[MOVES] * h
+        place += int(row[PIECE]) * system.strides[i]
+    motion.memo[PLACE] = place
+    return system.lookup[place]
+
+
+@kernel(inner=True, bare=True)
+def output(C: Array, i: int, xs: Array, row: int) -> float:
+    """y_i = C_i x of a row of states."""
+    y = 0.0
+    for j in range(C.shape[1]):
+        y += C[i, j] * xs[row, j]
+    return y
+
+
+@kernel(entry=True, bare=True)
+def march(
+    system: System,
+    motion: Motion,
+    end: float,
+    most: int,
+    stop: int,
+    steps: Real2,
+    events: Real2,
+    turns: Real2,
+) -> int:
+    """March to `end`, or to what stops it before.
+
+    Parameters
+    ----------
+    end
+        Time.
+    most
+        Steps after which the march pauses.
+    stop
+        Where to stop: nowhere, at an extremum of the first output, or after a switch. A step ends at
+        each extremum where they are wanted, here or in `turns`.
+    steps
+        Filled with the steps, (.., 2 + n + q + 2 m): time, table, (x, u), modes, h. None are kept
+        if it is empty, likewise of the others.
+    events
+        Filled with the switches, (.., EVENT_COLUMNS).
+    turns
+        Filled with the extrema of the first output, (.., TURN_COLUMNS).
+
+    Returns
+    -------
+    int
+        How it stopped. `FULL`: empty the logs and call again. `UNKNOWN`: give the mode at
+        memo[PLACE] its table and call again.
+    """
+    C, memo, xs, w, line, window = (
+        system.C, motion.memo, motion.xs, motion.w, motion.line, motion.window,
+    )  # fmt: skip
+    m, n = C.shape
+    width = n + motion.inputs.size
+    seeks_turns = stop == AT_TURN or turns.shape[0] > 0
+    now, trend, t = memo[NOW], memo[TREND], motion.clock[0]
+    status, taken = DONE, 0
+    while t < end:
+        if (
+            (steps.shape[0] > 0 and memo[STEPS] >= steps.shape[0])
+            or (events.shape[0] > 0 and memo[EVENTS] >= events.shape[0])
+            or (turns.shape[0] > 0 and memo[TURNS] >= turns.shape[0])
+        ):
+            status = FULL
+            break
+        if taken >= most:
+            status = PAUSED
+            break
+        taken += 1
+        if memo[TABLE] < 0:
+            memo[TABLE] = enter(system, motion)
+            if memo[TABLE] < 0:
+                status = UNKNOWN
+                break
+        p = memo[TABLE]
+        for i in range(motion.inputs.size):
+            xs[now, n + i] = motion.inputs[i]
+        for i in range(motion.reach.size):
+            motion.reach[i] = max(motion.reach[i], abs(xs[now, i]))
+        combine(system.lines, p, xs, now, line)
+        s, kind, spring, turn, safe = 1.0, NONE, 0, NEVER, True
+        for i in range(m):
+            if i > 0:
+                for k in range(2 * SPACE):
+                    line[k] = line[2 * i * SPACE + k]
+            if not abs(w[Y, DEGREE]) < HUGE:
+                safe = False
+            low, high, direction = window[i, 0], window[i, 1], int(window[i, 2])
+            least, largest = extent(w)
+            clear = (
+                least >= low and largest <= high and (direction == 0 or monotone(w, direction, 0.0))
+            )
+            seeks = seeks_turns and i == 0 and not (trend != 0 and monotone(w, trend, 0.0))
+            if clear and not seeks:
+                continue
+            tolerance = round_off(system.noise, i, xs, now, system.sizes[i])
+            if not clear:
+                at, what = event(w, low, high, direction, tolerance)
+                if what != NONE and (kind == NONE or at < s):
+                    s, kind, spring = at, what, i
+            if seeks_turns and i == 0:
+                if trend == 0:
+                    trend = heading(w, 2.0 * tolerance)
+                if trend != 0:
+                    turn = first_turn(w, trend, 2.0 * tolerance)
+        if not safe:
+            status = OVERFLOW
+            break
+        turns_here = turn <= s
+        if turn < s:
+            s, kind = turn, NONE
+        after = t + s * system.step[p]
+        if after > end:
+            s, kind, after, turns_here = (end - t) / system.step[p], NONE, end, False
+            s = min(s, 1.0)
+        if steps.shape[0] > 0:
+            row = memo[STEPS]
+            steps[row, 0], steps[row, 1] = t, p
+            for j in range(width):
+                steps[row, 2 + j] = xs[now, j]
+            for i in range(m):
+                steps[row, 2 + width + i] = motion.modes[i]
+                steps[row, 2 + width + m + i] = motion.h[i]
+            memo[STEPS] += 1
+        if s < 1.0:
+            flow_matrix(system.flow, p, s, motion.M)
+            apply(motion.M, xs, now, n)
+        else:
+            for i in range(n):
+                xs[1 - now, i] = line[2 * m * SPACE + i]
+        if motion.tangents.shape[1] > 0:
+            if motion.dM.size:
+                flow_matrix(system.d_flow, p, s, motion.dM)
+            if s == 1.0:
+                for k in range(motion.M.size):
+                    motion.M[k] = system.flow[p, WIDTH, k]
+            carry(system, motion, now)
+        now = 1 - now
+        memo[STILL] = memo[STILL] + 1 if after == t else 0
+        t = after
+        memo[LAST] = NONE
+        if turns_here:
+            if turns.shape[0] > 0:
+                row = memo[TURNS]
+                turns[row, 0], turns[row, 1], turns[row, 2] = t, output(C, 0, xs, now), trend
+                memo[TURNS] += 1
+            trend = -trend
+        if kind != NONE:
+            y = output(C, spring, xs, now)
+            law = system.laws[spring, motion.modes[spring]]
+            force = law[SLOPE] * y + law[OFFSET] - law[HELD] * motion.h[spring]
+            switch(system, motion, spring, kind, y)
+            if events.shape[0] > 0:
+                row = memo[EVENTS]
+                events[row, 0], events[row, 1] = t, kind
+                events[row, 2], events[row, 3] = motion.modes[spring], y
+                events[row, 4], events[row, 5] = force, spring
+                memo[EVENTS] += 1
+        if (turns_here and stop == AT_TURN) or (kind != NONE and stop == AT_SWITCH):
+            status = STOPPED
+            break
+        if memo[STILL] > ZENO:
+            status = STUCK
+            break
+    memo[NOW], memo[TREND] = now, trend
+    motion.clock[0] = t
+    return status

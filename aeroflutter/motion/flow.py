@@ -1,0 +1,445 @@
+"""The exact flow of a linear system closed by springs of straight pieces.
+
+`Flow` is what every exact analysis stands on: it starts a motion, advances it to the next event,
+carries its Jacobian across, and samples it. A mode is one piece a spring; its table is made when
+a motion first enters it, and kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.model.lure import as_system
+from aeroflutter.motion import _kernel_flow as kernel
+from aeroflutter.motion._kernel_flow import enter
+from aeroflutter.motion._kernel_proofs import Proofs, trapped
+from aeroflutter.motion._kernel_roots import SPACE, WIDTH
+from aeroflutter.motion.march import March
+from aeroflutter.motion.proofs import proofs_of, proofs_of_many
+from aeroflutter.motion.step_tables import StepTables, build
+from aeroflutter.springs import simplify
+from aeroflutter.springs._kernel_columns import CEILING, COLUMNS, FLOOR, HELD, OFFSET, PIECE, SLIDES
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from aeroflutter.springs import PieceTable, Spring
+
+__all__ = ["Flow", "Matrices", "Passage", "Point", "Trace", "pieces_of"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+EVENTS = 400  # switches that a passage may have
+AT_ONCE = 16  # modes whose tables are made at once
+
+
+class Matrices(NamedTuple):
+    """A system as bare arrays: A (n, n), B (n, m), C (m, n) and d (n,)."""
+
+    A: Array
+    B: Array
+    C: Array
+    d: Array
+
+
+class Point(NamedTuple):
+    """Where a motion stands.
+
+    Attributes
+    ----------
+    time
+        Since the start.
+    x, memory
+        State, (n,), and memory of each spring, (m,); zero for those without one.
+    modes
+        Mode of each spring, see `PieceTable`, (m,).
+    event
+        Place of the spring and kind of the switch that led here; None at the start.
+    """
+
+    time: float
+    x: Array
+    memory: Array
+    modes: Index
+    event: tuple[int, int] | None = None
+
+
+class Passage(NamedTuple):
+    """A stretch of motion with its linearisation; z = (x, memory of each spring that has one).
+
+    Attributes
+    ----------
+    end
+        Final z, (k,).
+    jacobian
+        d end / d (start, parameter), (k, k+1); the last column is zero without a parameter.
+    rate
+        z' at the end, (k,).
+    switches
+        What happened on the way: (kind, mode after it) of every switch, behind the spring's place
+        where there are several.
+    """
+
+    end: Array
+    jacobian: Array
+    rate: Array
+    switches: tuple[tuple[int, ...], ...]
+
+
+class Trace(NamedTuple):
+    """A stretch of motion with uniform samples.
+
+    Attributes
+    ----------
+    end
+        Final z, (k,).
+    states, memory
+        Samples at i·duration/k, (k, n), and of the first spring's memory, (k,).
+    turns
+        Extrema of the first output: time, y, +1 at a maximum and -1 at a minimum, (j, 3).
+    events
+        Switches: time, kind, mode after it, y, F, spring, (i, 6).
+    """
+
+    end: Array
+    states: Array
+    memory: Array
+    turns: Array
+    events: Array
+
+
+def pieces_of(springs: Sequence[Spring]) -> list[PieceTable]:
+    """The piece tables of springs.
+
+    Raises
+    ------
+    InputError
+        If a spring is not made of straight pieces.
+    """
+    tables = []
+    for spring in springs:
+        table = spring.piece_table()
+        if table is None:
+            raise InputError(
+                f"spring.kind: {spring.kind!r} has no linear pieces; the exact engine takes "
+                "linear, table, bilinear, freeplay and hysteresis"
+            )
+        tables.append(table)
+    return tables
+
+
+class Flow:
+    """The piecewise flow of a system and its springs.
+
+    Parameters
+    ----------
+    system
+        x' = A x - B F(C x) + d, with A (n, n), B (n, m), C (m, n), d (n,); or A, b, c.
+    springs
+        One a column of B, each of straight pieces; a loop without height or width is taken as the
+        freeplay or linear spring that it is.
+    step_cap
+        Longest internal step.
+    derivative
+        dA (n, n) and dB (n, m) with respect to a parameter, whose effect on the motion is then the
+        last column of a passage's Jacobian.
+
+    Raises
+    ------
+    InputError
+        If a spring is not made of straight pieces, their number is not that of the outputs, or
+        the step cap is not positive.
+
+    Examples
+    --------
+    >>> from aeroflutter import Hysteresis, SectionFamily, TypicalSection
+    >>> system = SectionFamily(TypicalSection(omega_bar=0.8)).at(3.9)
+    >>> flow = Flow(system, [Hysteresis(1.0, 0.2)])
+    >>> point = flow.advance(flow.start([0, 6, 0, 0, 0, 0]))
+    >>> round(point.time, 4), point.event
+    (6.6596, (0, 1))
+    """
+
+    def __init__(
+        self,
+        system: Any,
+        springs: Sequence[Spring],
+        step_cap: float | None = None,
+        derivative: tuple[Array, Array] | None = None,
+    ) -> None:
+        if step_cap is not None and not step_cap > 0.0:
+            raise InputError(f"step_cap: {step_cap!r} is not a positive number")
+        self.system = system
+        self.springs = tuple(simplify(spring) for spring in springs)
+        self.pieces = pieces_of(self.springs)
+        self.A, self.B, self.C, self.d = matrices_of(system)
+        self.n, self.m = self.B.shape
+        if self.m != len(self.pieces):
+            raise InputError(f"springs: {len(self.pieces)} for a system with {self.m} outputs")
+        self.memory = np.array([piece.memory for piece in self.pieces])
+        self.held = np.flatnonzero(self.memory)
+        self._cap = np.inf if step_cap is None else float(step_cap)
+        self._derivative = derivative
+        self._proofs: Proofs | None = None
+        self.arrays = self._blank()
+        if self.arrays.lookup.size <= AT_ONCE:
+            self.prepare(np.arange(self.arrays.lookup.size))
+
+    @classmethod
+    def many(
+        cls, systems: Sequence[Any], springs: Sequence[Spring], step_cap: float | None = None
+    ) -> list[Flow]:
+        """Flows of systems with the same outputs and the same springs, made ready together.
+
+        Parameters
+        ----------
+        systems, springs, step_cap
+            As for one.
+        """
+        first = cls(systems[0], springs, step_cap)
+        count = first.arrays.step.size
+        if count < first.arrays.lookup.size or np.any(first.d):
+            return [first, *(cls(system, springs, step_cap) for system in systems[1:])]
+        slopes = first.slopes_at(np.arange(count))
+        flows, generators = [], []
+        for system in systems:
+            flow = copy(first)
+            flow.system, (flow.A, flow.B, flow.C, flow.d) = system, matrices_of(system)
+            flows.append(flow)
+            generators.append(_closed(flow.A, flow.B, flow.C, slopes))
+        tables = build(np.concatenate(generators), first.C, first._cap)
+        for i, flow in enumerate(flows):
+            own = StepTables(*(part[i * count : (i + 1) * count] for part in tables))
+            flow._take(own)
+        for flow, proofs in zip(flows, proofs_of_many(flows), strict=True):
+            flow._proofs = proofs
+        return flows
+
+    # --- tables
+
+    def _blank(self) -> kernel.System:
+        """The numbers of the system before any mode has its table."""
+        laws = np.zeros((self.m, max(piece.modes for piece in self.pieces), COLUMNS))
+        for law, piece in zip(laws, self.pieces, strict=True):
+            law[: piece.modes] = piece.rows
+        counts = np.array([piece.slopes.size for piece in self.pieces], dtype=np.int64)
+        width = self.n + self.m + bool(np.any(self.d))
+        none = build(np.empty((0, self.n, width)), self.C)
+        return kernel.System(
+            self.C,
+            laws,
+            np.array([piece.size for piece in self.pieces]),
+            np.cumprod(counts) // counts,
+            np.full(int(np.prod(counts)), -1, dtype=np.int64),
+            *none,
+            np.zeros((self.m, width)),
+        )
+
+    def slopes_at(self, places: ArrayLike) -> Array:
+        """Slope of each spring in the modes at these places of `lookup`, (k, m)."""
+        strides = self.arrays.strides
+        columns = [
+            piece.slopes[(np.asarray(places) // stride) % piece.slopes.size]
+            for piece, stride in zip(self.pieces, strides, strict=True)
+        ]
+        return np.stack(columns, axis=-1)
+
+    def prepare(self, places: Index) -> None:
+        """Make the tables of the modes at these places of `lookup`."""
+        slopes = self.slopes_at(places)
+        inputs = self.B if not np.any(self.d) else np.column_stack((self.B, self.d))
+        found = build(_closed(self.A, inputs, self.C, slopes), self.C, self._cap, self._d(slopes))
+        old = StepTables(*self.arrays[5:10])
+        tables = found if old.step.size == 0 else StepTables(*map(_joined, old, found))
+        self.arrays.lookup[places] = old.step.size + np.arange(places.size)
+        self._take(tables)
+
+    def _take(self, tables: StepTables) -> None:
+        """Enter the tables, and the round-off that goes with them."""
+        width = self.n + self.inputs
+        lines = tables.lines[:, :width, : 2 * self.m * SPACE]
+        bernstein = lines.reshape(-1, width, self.m, 2, SPACE)[..., 0, :WIDTH]
+        noise = np.max(np.abs(bernstein), axis=(0, 3)).T
+        self.arrays = self.arrays._replace(**tables._asdict(), noise=np.ascontiguousarray(noise))
+
+    @property
+    def proofs(self) -> Proofs:
+        """What certifies the end of a motion, for the modes that have their tables."""
+        if self._proofs is None or self._proofs.decays.size < self.arrays.step.size:
+            self._proofs = proofs_of(self, self._proofs)
+        return self._proofs
+
+    def closed(self, slopes: ArrayLike) -> Array:
+        """A - B diag(slopes) C, (n, n)."""
+        return np.asarray(self.A - (self.B * np.asarray(slopes)) @ self.C)
+
+    def _d(self, slopes: Array) -> Array | None:
+        """Derivative of the generators at these slopes."""
+        if self._derivative is None:
+            return None
+        dA, dB = (np.asarray(part, dtype=float) for part in self._derivative)
+        loads = np.zeros((self.n, self.inputs - self.m))
+        return _closed(dA, np.column_stack((dB.reshape(self.n, self.m), loads)), self.C, slopes)
+
+    @property
+    def inputs(self) -> int:
+        """Number of constant inputs of a mode: one a spring, and one for a load."""
+        return int(self.arrays.noise.shape[1]) - self.n
+
+    def place(self, modes: ArrayLike) -> int:
+        """Place of a mode of all springs in `lookup`."""
+        pieces = self.arrays.laws[np.arange(self.m), np.asarray(modes), PIECE].astype(np.int64)
+        return int(pieces @ self.arrays.strides)
+
+    def table(self, modes: ArrayLike) -> int:
+        """The table of a mode of all springs, made if need be."""
+        place = self.place(modes)
+        if self.arrays.lookup[place] < 0:
+            self.prepare(np.array([place]))
+        return int(self.arrays.lookup[place])
+
+    # --- motions
+
+    def begin(self, x: ArrayLike, memory: ArrayLike = 0.0) -> Point:
+        """Where a motion from a state begins, its memories made to fit, (n,) and (m,)."""
+        state = np.array(x, dtype=float)
+        held, modes = np.zeros(self.m), np.zeros(self.m, dtype=np.int64)
+        given = np.broadcast_to(np.asarray(memory, dtype=float), (self.m,))
+        for i, piece in enumerate(self.pieces):
+            modes[i], held[i] = piece.start(float(self.C[i] @ state), float(given[i]))
+        return Point(0.0, state, held, modes)
+
+    def start(self, x: ArrayLike, memory: ArrayLike | None = None) -> Point:
+        """Where a motion from a state begins.
+
+        Parameters
+        ----------
+        x
+            State, (n,).
+        memory
+            Memory of each spring, (m,), or one number for all; by default that of the thesis's
+            starting branch.
+        """
+        if memory is not None:
+            return self.begin(x, memory)
+        y = self.C @ np.asarray(x, dtype=float)
+        starts = [spring.initial_memory(at) for spring, at in zip(self.springs, y, strict=True)]
+        return self.begin(x, np.array(starts, dtype=float))
+
+    def advance(self, point: Point, longest: float = np.inf) -> Point:
+        """The point just after the next event, or after a time in which there was none."""
+        march = March(self, point, events=1)
+        march.run(point.time + longest)
+        return march.point()
+
+    def passage(self, z: Array, duration: float) -> Passage:
+        """The motion from z over a duration, linearised.
+
+        Raises
+        ------
+        ConvergenceError
+            If the motion overflows or has more switches than a cycle can be expected to have.
+        """
+        n, k = self.n, self.n + self.held.size
+        given = np.zeros(self.m)
+        given[self.held] = z[n:]
+        point = self.begin(z[:n], given)
+        tangents = np.zeros((n + self.m, k + 1))
+        tangents[np.arange(n), np.arange(n)] = 1.0
+        for column, i in enumerate(self.held, start=n):
+            row = self.pieces[i].rows[point.modes[i]]
+            if point.memory[i] == given[i]:
+                tangents[n + i, column] = 1.0
+            elif row[FLOOR] < point.memory[i] < row[CEILING]:
+                tangents[n + i, :n] = self.C[i]
+        march = March(self, point, events=EVENTS, tangents=tangents)
+        status = march.run(duration)
+        if status != kernel.DONE:
+            raise ConvergenceError("the motion does not stay bounded and regular over a period")
+        last = march.point()
+        rate = np.zeros(k)
+        rate[:n] = self.rate(last)
+        for row, i in enumerate(self.held, start=n):
+            if self.pieces[i].rows[last.modes[i], SLIDES]:
+                march.motion.tangents[n + i] = self.C[i] @ march.motion.tangents[:n]
+                rate[row] = self.C[i] @ rate[:n]
+        rows = np.concatenate((np.arange(n), n + self.held))
+        return Passage(
+            np.append(last.x, last.memory[self.held]),
+            march.motion.tangents[rows],
+            rate,
+            self._switches(march.events()),
+        )
+
+    def _switches(self, events: Array) -> tuple[tuple[int, ...], ...]:
+        columns = [1, 2] if self.m == 1 else [5, 1, 2]
+        return tuple(map(tuple, events[:, columns].astype(int).tolist()))
+
+    def trace(self, z: Array, duration: float, samples: int) -> Trace:
+        """The motion from z over a duration, sampled uniformly, with its extrema and switches.
+
+        Raises
+        ------
+        ConvergenceError
+            If the motion overflows.
+        """
+        given = np.zeros(self.m)
+        given[self.held] = z[self.n :]
+        times: Array = np.arange(samples, dtype=np.float64) * (duration / samples)
+        start = self.begin(z[: self.n], given)
+        march = March(self, start, times=times, events=EVENTS, turns=EVENTS)
+        if march.run(duration) != kernel.DONE:
+            raise ConvergenceError("the motion does not stay bounded and regular over a period")
+        last = march.point()
+        return Trace(
+            np.append(last.x, last.memory[self.held]),
+            march.states,
+            march.memory[:, 0],
+            march.turns(),
+            march.events(),
+        )
+
+    def rest(self, x: ArrayLike, memory: ArrayLike = 0.0) -> float:
+        """y of rest of the first output if a motion provably never leaves its mode; else NaN."""
+        march = March(self, self.begin(x, memory))
+        table = self.table(march.motion.modes)
+        enter(self.arrays, march.motion)
+        return float(trapped(self.arrays, march.motion, self.proofs, table))
+
+    # --- where a motion stands
+
+    def entries(self, point: Point) -> Array:
+        """(x, u) of a point, (n+q,)."""
+        rows = self.arrays.laws[np.arange(self.m), point.modes]
+        inputs = rows[:, HELD] * point.memory - rows[:, OFFSET]
+        load = np.ones(self.inputs - self.m)
+        return np.concatenate((point.x, inputs, load))
+
+    def rate(self, point: Point) -> Array:
+        """x' at a point, (n,)."""
+        return np.asarray(self.arrays.generator[self.table(point.modes)] @ self.entries(point))
+
+
+def matrices_of(system: Any) -> Matrices:
+    """The arrays of a system, contiguous."""
+    whole = as_system(system)
+    parts = whole.A, whole.B, whole.C, whole.d
+    return Matrices(*(np.array(part, dtype=float, order="C") for part in parts))
+
+
+def _closed(A: Array, inputs: Array, C: Array, slopes: Array) -> Array:
+    """[A - B diag(k) C, inputs] for each row of slopes, (k, n, n+q); B is in the first columns."""
+    m = C.shape[0]
+    closed = A - np.einsum("im,km,mj->kij", inputs[:, :m], slopes, C)
+    return np.concatenate((closed, np.broadcast_to(inputs, (len(slopes), *inputs.shape))), axis=2)
+
+
+def _joined(old: Array, new: Array) -> Array:
+    return np.concatenate((old, new))

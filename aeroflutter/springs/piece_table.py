@@ -1,0 +1,182 @@
+"""The law of a spring of straight pieces, stated once: everything else is read off this table.
+
+A mode is a straight piece with a window: F = slope·y + offset - held·h while y stays between two
+edges and, on the flat of a loop, goes on in one direction. Modes of a static law are its pieces,
+without memory. The loop has three: it sticks with the memory h, between edges that move with h
+and are gone where the slider is at a stop, or slides on either flat, h = y - lag.
+
+Kernels, Houbolt's scheme, guarantees, centring and rest positions read this table, so a spring
+that states one is known to all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from aeroflutter.errors import InputError
+from aeroflutter.springs._kernel_columns import (
+    CEILING,
+    COLUMNS,
+    DIRECTION,
+    FALLING,
+    FLOOR,
+    HELD,
+    HIGH,
+    LAG,
+    LOW,
+    MOVES,
+    OFFSET,
+    PIECE,
+    RISING,
+    SLIDES,
+    SLOPE,
+    STICK,
+    TO_HIGH,
+    TO_LOW,
+    TO_TURN,
+)
+
+__all__ = ["PieceTable"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PieceTable:
+    """Modes of a spring of straight pieces.
+
+    Attributes
+    ----------
+    rows
+        One row a mode, (modes, COLUMNS); see `_kernel_columns`.
+    slopes
+        Distinct slopes, (k,).
+    memory
+        Whether the law has one: the number h.
+    size
+        Largest number of the law, for round-off (the unit of y).
+    """
+
+    rows: Array
+    slopes: Array
+    memory: bool
+    size: float
+
+    @classmethod
+    def static(cls, breaks: ArrayLike, slopes: ArrayLike, offsets: ArrayLike) -> PieceTable:
+        """A law without memory: F = slopes[i] y + offsets[i] between the breaks.
+
+        Parameters
+        ----------
+        breaks, slopes, offsets
+            Ascending, (p-1,); (p,) each.
+
+        Raises
+        ------
+        InputError
+            If the shapes do not fit or the law jumps at a break.
+        """
+        at, steep, start = (np.asarray(part, dtype=float) for part in (breaks, slopes, offsets))
+        if not (steep.ndim == 1 and start.shape == steep.shape and at.shape == (steep.size - 1,)):
+            raise InputError(
+                f"pieces: {at.size} breaks, {steep.size} slopes and {start.size} offsets do not "
+                "fit; give one slope and one offset a piece and one break between two"
+            )
+        edges = np.concatenate(([-np.inf], at, [np.inf]))
+        rows = _blank(steep.size)
+        rows[:, SLOPE], rows[:, OFFSET] = steep, start
+        rows[:, LOW], rows[:, HIGH] = edges[:-1], edges[1:]
+        rows[:, TO_LOW] = np.arange(-1, steep.size - 1)
+        rows[:, TO_HIGH] = np.arange(1, steep.size + 1)
+        size = float(np.max(np.abs(np.concatenate((at, start)))))
+        return cls._indexed(rows, False, size)
+
+    @classmethod
+    def loop(cls, v1: float, v2: float, h_low: float, h_high: float) -> PieceTable:
+        """The loop h ← clip(clip(h, y - v1, y - v2), h_low, h_high), F = y - h.
+
+        Parameters
+        ----------
+        v1, v2
+            Moments on the flats of a rising and of a falling motion, v1 > v2.
+        h_low, h_high
+            Stops of the slider, h_low < h_high.
+        """
+        rows = _blank(3)
+        rows[:, FLOOR], rows[:, CEILING] = h_low, h_high
+        rows[STICK, [SLOPE, HELD, MOVES]] = 1.0
+        rows[STICK, [LOW, HIGH]] = v2, v1
+        rows[STICK, [TO_LOW, TO_HIGH]] = FALLING, RISING
+        for flat, lag, direction in ((RISING, v1, 1.0), (FALLING, v2, -1.0)):
+            rows[flat, [OFFSET, LAG]] = lag
+            rows[flat, [DIRECTION, SLIDES]] = direction, 1.0
+            rows[flat, [TO_LOW, TO_HIGH, TO_TURN]] = STICK
+        rows[RISING, HIGH], rows[FALLING, LOW] = h_high + v1, h_low + v2
+        return cls._indexed(rows, True, float(np.max(np.abs([v1, v2, h_low, h_high]))))
+
+    @classmethod
+    def _indexed(cls, rows: Array, memory: bool, size: float) -> PieceTable:
+        slopes, place = np.unique(rows[:, SLOPE], return_inverse=True)
+        rows[:, PIECE] = place
+        return cls(rows, slopes, memory, size)
+
+    @property
+    def modes(self) -> int:
+        """Number of modes."""
+        return int(self.rows.shape[0])
+
+    @property
+    def outside(self) -> tuple[float, float]:
+        """Slopes of the law below and above all its edges."""
+        return float(self.rows[0, SLOPE]), float(self.rows[0 if self.memory else -1, SLOPE])
+
+    @property
+    def push(self) -> float:
+        """Most by which F differs from the straight line of its slope outside, if that is one."""
+        if self.memory:
+            return float(np.max(np.abs(self.rows[STICK, [FLOOR, CEILING]])))
+        slope, breaks = self.outside[0], self.rows[:-1, HIGH]
+        between = (self.rows[1:, SLOPE] - slope) * breaks + self.rows[1:, OFFSET]
+        return float(np.max(np.abs(np.append(between, self.rows[[0, -1], OFFSET]))))
+
+    def start(self, y: float, memory: float = 0.0) -> tuple[int, float]:
+        """Mode and memory with which a motion from y begins."""
+        if self.memory:
+            stick = self.rows[STICK]
+            held = min(max(memory, y - stick[HIGH]), y - stick[LOW])
+            return STICK, float(min(max(held, stick[FLOOR]), stick[CEILING]))
+        return int(np.searchsorted(self.rows[:-1, HIGH], y, side="right")), 0.0
+
+    def held(self, mode: int, y: Any, memory: Any) -> Any:
+        """Memory at y within a mode: h where it sticks, y - lag between the stops on a flat."""
+        row = self.rows[mode]
+        if not row[SLIDES]:
+            return memory
+        return np.clip(y - row[LAG], row[FLOOR], row[CEILING])
+
+    def window(self, mode: int, memory: float = 0.0) -> tuple[float, float]:
+        """Lower and upper edge of y in a mode."""
+        row = self.rows[mode]
+        low, high = row[LOW] + row[MOVES] * memory, row[HIGH] + row[MOVES] * memory
+        if row[MOVES]:
+            low = -np.inf if memory <= row[FLOOR] else low
+            high = np.inf if memory >= row[CEILING] else high
+        return float(low), float(high)
+
+    def branch(self, y: float, memory: float = 0.0) -> tuple[float, float, float, float]:
+        """Slope and offset of the piece on which a motion at rest would be, and its window."""
+        mode, held = self.start(y, memory)
+        row = self.rows[mode]
+        return float(row[SLOPE]), float(row[OFFSET] - row[HELD] * held), *self.window(mode, held)
+
+
+def _blank(modes: int) -> Array:
+    """Rows without edges, memory or successors."""
+    rows = np.zeros((modes, COLUMNS))
+    rows[:, [LOW, FLOOR]], rows[:, [HIGH, CEILING]] = -np.inf, np.inf
+    rows[:, [TO_LOW, TO_HIGH, TO_TURN]] = -1.0
+    return rows
