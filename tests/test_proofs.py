@@ -1,0 +1,113 @@
+"""What decides that a motion is over: each guard of a proof is needed."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import oracle_springs as oracle
+import pytest
+import scipy.linalg
+
+from aeroflutter import Hysteresis, Table
+from aeroflutter.case import load_case
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.motion.endstates import end_state, end_states
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.response import STATES
+from aeroflutter.orbits.cycles import cycles_at
+
+LOOP = oracle.Loop(1.0, -1.0, -0.5, 0.5)
+
+
+def beating(signs: list[list[int]]) -> tuple[oracle.System, np.ndarray]:
+    """Three oscillators that are heard together and hardly decay, out of step at first.
+
+    Each is of amplitude 0.48 in the outputs that hear it, by a row of signs; after a while their
+    sum comes near 1.44, and two of them alone stay below one.
+    """
+    blocks = [
+        np.array([[-1e-4, frequency], [-frequency, -1e-4]]) for frequency in (0.9, 1.13, 1.47)
+    ]
+    A, outputs = scipy.linalg.block_diag(*blocks), len(signs)
+    C, B = np.zeros((outputs, 6)), np.zeros((6, outputs))
+    C[:, ::2], B[1::2] = signs, np.transpose(signs) / np.arange(1, 4)[:, None]
+    angles = 2 * np.pi / 3 * np.arange(3)
+    x = 0.48 * np.column_stack((np.cos(angles), np.sin(angles))).ravel()
+    return oracle.System(A, B, C, np.zeros(6)), x
+
+
+def package(system: oracle.System) -> SimpleNamespace:
+    return SimpleNamespace(**system._asdict())
+
+
+HEARD = pytest.mark.parametrize(
+    "signs",
+    [[[1, 1, 1]], [[1, 1, 1], [1, -1, 1]], [[1, 0, 0], [1, -1, 1]], [[1, -1, 1], [1, 0, 0]]],
+    ids=["one spring", "two springs", "the second alone", "the first alone"],
+)
+
+
+@HEARD
+def test_modes_that_meet_beyond_the_edge_are_not_held_for_a_decay(signs: list[list[int]]) -> None:
+    """In its gap the motion decays; before it has, it leaves, to where the spring drives it off."""
+    (system, x), outputs = beating(signs), len(signs)
+    law = oracle.continuous((-1.0, 1.0), (-2.0, 0.0, -2.0), -2.0)
+    times = np.array([150.0])
+    truth = oracle.integrate(system, [law] * outputs, x, [], times)
+    assert truth.size > 100.0
+    flow = Flow(package(system), [Table((-2.0, -1.0, 1.0, 2.0), (2.0, 0.0, 0.0, -2.0))] * outputs)
+    assert end_state(flow, x, 0.0).state == "divergent"
+    quiet = end_state(flow, 0.69 * x, 0.0)  # all three stay below one
+    assert (quiet.state, quiet.rest) == ("damped", pytest.approx(0.0, abs=1e-12))
+    assert not oracle.integrate(system, [law] * outputs, 0.69 * x, [], times).events
+
+
+@HEARD
+def test_what_is_damped_never_switches_again(signs: list[list[int]]) -> None:
+    """From where a march was ended, the loops neither slip nor meet a stop any more."""
+    (system, x), outputs = beating(signs), len(signs)
+    closed = system._replace(A=system.A + system.B @ system.C)  # on the stick: as they are
+    flow = Flow(package(closed), [Hysteresis(2.0, 1.0)] * outputs)
+    end = end_state(flow, x, np.zeros(outputs))
+    assert end.state == "damped"
+    assert oracle.integrate(closed, [LOOP] * outputs, x, np.zeros(outputs), [end.time]).events
+    memory, state = np.atleast_1d(end.final_memory), np.asarray(end.final_state)
+    assert not oracle.integrate(closed, [LOOP] * outputs, state, memory, [300.0]).events
+    rest = -closed.C @ np.linalg.solve(system.A, system.B @ memory)  # A x + B h = 0
+    assert end.rest == pytest.approx(rest[0], abs=1e-12)
+
+
+def ends_on_a_cycle(flow: Flow, z: np.ndarray, period: float) -> bool:
+    """By waiting: until there are no more switches, or for two thousand periods."""
+    for _ in range(40):
+        passage = flow.passage(z, 50 * period)
+        if not passage.switches:
+            return False
+        z = passage.end
+    return True
+
+
+def test_a_cycle_attracts_only_what_is_seen_to_come_to_it() -> None:
+    """Just above a fold, motions that pass by the stable cycle on the far side of the unstable one.
+
+    They come closer turn by turn, and then go away for good. On a line across the unstable cycle
+    every verdict is what waiting shows.
+    """
+    case = load_case("run14")
+    family = case.family()
+    speed = 0.921514 * flutter_speed(family)
+    small, large = sorted(cycles_at(family, case.spring, speed).cycles, key=lambda c: c.amplitude)
+    assert (small.stable, large.stable) == (False, True)
+    flow = Flow(family.at(speed), [case.spring])
+    across = small.state - large.state
+    aside = 0.004 * np.abs(small.state) * np.random.default_rng(3).normal(size=6)
+    states = [small.state + aside + part * across for part in np.linspace(-4.0, -2.6, 29)]
+    found = end_states(flow, np.array(states), small.memory)
+    verdicts = [STATES[code] for code in found.state]
+    waited = [
+        "lco" if ends_on_a_cycle(flow, np.append(state, small.memory), small.period) else "damped"
+        for state in states
+    ]
+    assert set(waited) == {"lco", "damped"}
+    assert verdicts == waited
