@@ -40,10 +40,12 @@ class FormerNames(MetaPathFinder, Loader):
     ) -> ModuleSpec | None:
         """The module of today, if `fullname` was one."""
         package, _, name = fullname.partition(".")
+        if package != __package__:  # whose modules may have any name
+            return None
         inner = ""
         while name not in MOVED:
             name, dot, last = name.rpartition(".")
-            if package != __package__ or not dot:
+            if not dot:
                 return None
             inner = f".{last}{inner}"
         today = f"{package}.{MOVED[name]}{inner}"

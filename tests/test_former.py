@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from importlib import import_module
+from importlib.util import find_spec
 
 import pytest
+
+from aeroflutter import _former
 
 
 @pytest.mark.parametrize("package", ["aeroflutter.cycles", "aeroflutter.orbits.cycles"])
@@ -23,3 +26,10 @@ def test_a_name_that_never_was_is_not_found() -> None:
         import_module("aeroflutter.cycles.nothing")
     with pytest.raises(ModuleNotFoundError):
         import_module("aeroflutter.nothing.tolerance")
+
+
+def test_modules_of_others_keep_their_names() -> None:
+    spec = find_spec("derive.describing")
+    assert spec is not None
+    assert spec.name == "derive.describing"
+    assert _former.FormerNames().find_spec("others.describing", None) is None

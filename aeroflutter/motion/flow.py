@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -123,16 +124,20 @@ def pieces_of(springs: Sequence[Spring]) -> list[PieceTable]:
     InputError
         If a spring is not made of straight pieces.
     """
-    tables = []
-    for spring in springs:
-        table = spring.piece_table()
+    tables = [_piece_table(spring) for spring in springs]
+    for spring, table in zip(springs, tables, strict=True):
         if table is None:
             raise InputError(
                 f"spring.kind: {spring.kind!r} has no linear pieces; the exact engine takes "
                 "linear, table, bilinear, freeplay and hysteresis"
             )
-        tables.append(table)
-    return tables
+    return [table for table in tables if table is not None]
+
+
+@lru_cache(maxsize=64)
+def _piece_table(spring: Spring) -> PieceTable | None:
+    """Made once for all speeds."""
+    return spring.piece_table()
 
 
 class Flow:
@@ -231,15 +236,18 @@ class Flow:
             law[: piece.modes] = piece.rows
         counts = np.array([piece.slopes.size for piece in self.pieces], dtype=np.int64)
         width = self.n + self.m + bool(np.any(self.d))
-        none = build(np.empty((0, self.n, width)), self.C)
         return kernel.System(
             self.C,
             laws,
             np.array([piece.size for piece in self.pieces]),
             np.cumprod(counts) // counts,
             np.full(int(np.prod(counts)), -1, dtype=np.int64),
-            *none,
-            np.zeros((self.m, width)),
+            step=np.empty(0),
+            lines=np.empty((0, 0, 0)),
+            flow=np.empty((0, 0, 0)),
+            generator=np.empty((0, 0, 0)),
+            d_flow=np.empty((0, 0, 0)),
+            noise=np.zeros((self.m, width)),
         )
 
     def slopes_at(self, places: ArrayLike) -> Array:

@@ -218,10 +218,10 @@ def _stretch(sizes: Array, dropped: Array) -> Array:
 
 def _fits(sizes: Array, dropped: Array, stretch: Array) -> NDArray[np.bool_]:
     """Whether economising and truncating stay below round-off at `stretch` units of time."""
-    grown = sizes * stretch ** np.arange(ORDER + 1)[:, None]
-    lost = dropped @ grown + 8.0 * grown[:, ORDER]
-    allowed = ROUND_OFF * np.stack((np.ones_like(stretch), np.max(grown[1], axis=0)))
-    return np.asarray(np.all(lost <= allowed, axis=0))
+    state, inputs = sizes * stretch ** np.arange(ORDER + 1)[:, None]
+    fits = dropped @ state + 8.0 * state[ORDER] <= ROUND_OFF
+    fits &= dropped @ inputs + 8.0 * inputs[ORDER] <= ROUND_OFF * np.max(inputs, axis=0)
+    return np.asarray(fits)
 
 
 def _economised(terms: Array, to_power: Array) -> Array:
