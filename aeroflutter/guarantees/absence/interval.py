@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from time import thread_time
 from types import ModuleType
 
 import numpy as np
@@ -19,6 +20,7 @@ __all__ = ["Absence", "absence", "absence_at"]
 
 _SAMPLES = 400  # speeds at which the linear section is looked at
 _RESOLVED = 1e-4  # of the highest speed
+_BUDGET = 60.0  # seconds of the processor for each half of the search: hard cases take hours
 _BACK_OFF = (0.0, 1e-5, 1e-4, 1e-3, 1e-2)  # of a speed that the checker does not grant
 _DOWN_TO = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1)  # of the first piece's upper end
 _MOST_BOXES = 300_000  # a piece that takes more is made smaller
@@ -119,6 +121,7 @@ class _Prover:
         self.law, self.model = law_of(spring), model_of(family)
         self.multipliers = Multipliers(self.law)
         self.boxes = 0
+        self.given_up = np.nan  # speed below which a search that took too long might have got
         self.checker = load_checker()
 
     def result(self, pieces: Sequence[Piece], stable: float) -> Absence:
@@ -126,6 +129,11 @@ class _Prover:
         if self.checker is None:
             notes.append(
                 "not certified: that takes python-flint (pip install aeroflutter[certify])"
+            )
+        if np.isfinite(self.given_up):
+            notes.append(
+                f"the search ended after {_BUDGET:.0f} s of the processor: a proof may exist up to "
+                f"the speed {self.given_up:.6g}"
             )
         if only_bounded(self.spring):
             notes.append("said of motions that stay bounded: the spring is softer far out")
@@ -220,13 +228,18 @@ class _Prover:
         first = margin(low)
         values = [first, -abs(first)]  # close to flutter the program is hard, so it is not asked
         step = 0
+        self.multipliers.deadline = thread_time() + _BUDGET
         while ends[1] - ends[0] > _RESOLVED * high:
+            if self.multipliers.late:
+                self.given_up = ends[1]
+                break
             share = 0.5 if step % 3 == 2 else values[0] / (values[0] - values[1])
             middle = ends[0] + min(max(share, 0.05), 0.95) * (ends[1] - ends[0])
             value = margin(middle)
             side = int(value <= 0.0)
             ends[side], values[side] = middle, value
             step += 1
+        self.multipliers.deadline = thread_time() + _BUDGET
         return ends[0]
 
     def _between(self, low: float, high: float) -> list[Piece]:

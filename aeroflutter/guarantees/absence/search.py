@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from time import thread_time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,10 +75,16 @@ class Multipliers:
     ----------
     spring
         The law.
+
+    Attributes
+    ----------
+    deadline
+        Processor time of this thread after which a search takes what it has.
     """
 
     def __init__(self, spring: Loop | Static) -> None:
         self.spring = spring
+        self.deadline = np.inf
         self.times = np.empty(0)
         self.omegas = np.empty(0)
         self.seen = np.empty(0)
@@ -104,9 +111,14 @@ class Multipliers:
             except Unsolved:
                 return Found(margin=-np.inf, bound=-np.inf, lam=0.0, terms=())
             needed = 1.1 * sum(abs(c) for _, c in found.terms) / max(found.lam, 1e-9)
-            if not (found.margin > 0.0 and self.reach < needed < _FARTHEST):
+            if not (found.margin > 0.0 and self.reach < needed < _FARTHEST) or self.late:
                 return found
             self.reach = 1.5 * needed
+
+    @property
+    def late(self) -> bool:
+        """Whether the deadline has passed."""
+        return thread_time() > self.deadline
 
     def _at(self, points: _Points, longest: float, good: float) -> Found:
         """The best multiplier on a set of points."""
@@ -127,6 +139,8 @@ class Multipliers:
             price = program.price(candidates)
             columns = candidates[_tops(price) & (price > 1.0 + _HELPS)]
             if best.margin > good * max(program.margin, 0.0) or not (more.size or columns.size):
+                break
+            if self.late:
                 break
             if program.ceiling(price) <= 0.0:
                 break  # no choice of times meets the rows there are
