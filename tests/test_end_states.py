@@ -9,11 +9,13 @@ import oracle_springs as oracle
 import pytest
 import scipy.linalg
 
-from aeroflutter import Hysteresis, Table
+from aeroflutter import Freeplay, Hysteresis, SectionFamily, Table, TypicalSection
 from aeroflutter.case import load_case
 from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.model.family import SectionModel
 from aeroflutter.motion.endstates import end_state, end_states
 from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.march import March
 from aeroflutter.motion.response import STATES
 from aeroflutter.orbits.cycles import cycles_at
 
@@ -111,3 +113,49 @@ def test_a_cycle_attracts_only_what_is_seen_to_come_to_it() -> None:
     ]
     assert set(waited) == {"lco", "damped"}
     assert verdicts == waited
+
+
+# --- two springs ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def two_hinges():
+    """The section with a loop in pitch and a gap in heave, by its share of the flutter speed."""
+    section = TypicalSection(omega_bar=0.8)
+    model = SectionModel(section, springs=("pitch", "heave"))
+    flutter = flutter_speed(SectionFamily(section))
+    return lambda ratio: Flow(model.at(ratio * flutter), [Hysteresis(1.0, 0.2), Freeplay(0.3)])
+
+
+@pytest.mark.parametrize("ratio", [0.9, 0.93, 0.95])
+def test_a_cycle_of_two_springs_closes_with_the_multipliers_of_differences(two_hinges, ratio):
+    flow = two_hinges(ratio)
+    end = end_state(flow, [0.5, 6.0, 0.0, 0.0, 0.0, 0.0], [0.1, 0.0])
+    assert end.state == "lco"
+    z, step = end.cycle.z[0, :7], 1e-6
+    passage = flow.passage(z, end.period)
+    assert {spring for spring, *_ in passage.switches} == {0, 1}  # both take part
+    np.testing.assert_allclose(passage.end, z, rtol=0, atol=1e-12)
+    numeric = [
+        (flow.passage(z + h, end.period).end - flow.passage(z - h, end.period).end) / (2 * step)
+        for h in step * np.eye(7)
+    ]
+    found, expected = (
+        np.sort(np.abs(np.linalg.eigvals(matrix)))
+        for matrix in (passage.jacobian[:, :7], np.transpose(numeric))
+    )
+    # Central differences: round-off of the passage over the step.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)
+    assert found[-1] == pytest.approx(1.0, abs=1e-9)  # along the flow
+    assert found[-2] == pytest.approx(end.multiplier, abs=1e-9)
+
+
+@pytest.mark.parametrize("pitch", [1.0, 1.5, 2.0, 3.0, 6.0])
+def test_the_rest_of_two_springs_is_where_the_motion_goes(two_hinges, pitch):
+    flow = two_hinges(0.97)
+    start, memory = [0.5, pitch, 0.0, 0.0, 0.0, 0.0], [0.1, 0.0]
+    end = end_state(flow, start, memory)
+    assert end.state == "damped"
+    march = March(flow, flow.begin(start, memory))
+    march.run(6000.0)
+    assert flow.C[0] @ march.point().x == pytest.approx(end.rest, abs=1e-10)
