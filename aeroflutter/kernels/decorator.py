@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from time import process_time
+from time import thread_time
 from typing import Any, Literal, TypeVar, overload
 
 from aeroflutter.kernels.notice import compiling_time
 
 __all__ = ["ENTRIES", "Patient", "expect", "kernel"]
-
-PATIENCE = 0.7
-"""Seconds of the processor; compiling takes some three."""
 
 _work: list[str] = []
 
@@ -39,7 +36,7 @@ def kernel(
     inner: bool = False,
     inline: Inline = "never",
     bare: bool = False,
-    patient: bool = False,
+    patience: float = 0.0,
 ) -> Callable[[Function], Function]: ...
 def kernel(
     function: Callable[..., Any] | None = None,
@@ -50,7 +47,7 @@ def kernel(
     inner: bool = False,
     inline: Inline = "never",
     bare: bool = False,
-    patient: bool = False,
+    patience: float = 0.0,
 ) -> Any:
     """Compile a function with numba when it is first called, and keep the machine code on disk.
 
@@ -77,8 +74,8 @@ def kernel(
     bare
         It makes no arrays, nor does what it calls: numba then spares it the counting of references,
         which takes longer than a short function works.
-    patient
-        An entry point that does not repay compiling at once; see `Patient`.
+    patience
+        Of an entry point that does not repay compiling at once: see `Patient`.
 
     Returns
     -------
@@ -96,7 +93,7 @@ def kernel(
             ENTRIES[f"{decorated.__module__}.{decorated.__qualname__}"] = dispatcher
             if not others:
                 _bind(dispatcher)
-            return Patient(dispatcher) if patient else dispatcher
+            return Patient(dispatcher, patience) if patience else dispatcher
         return dispatcher
 
     return decorate if function is None else decorate(function)
@@ -113,10 +110,13 @@ class Patient:
     ----------
     dispatcher
         numba's.
+    patience
+        Seconds of the processor that it may take uncompiled, without the compiling of others.
     """
 
-    def __init__(self, dispatcher: Any) -> None:
+    def __init__(self, dispatcher: Any, patience: float) -> None:
         self.dispatcher = dispatcher
+        self.patience = patience
         self.py_func = dispatcher.py_func
         self._left: float | None = None
 
@@ -124,17 +124,17 @@ class Patient:
         """Call it."""
         if self._left is None:
             ready = self.dispatcher.signatures or self.dispatcher._cache.kept()
-            self._left = 0.0 if ready else PATIENCE
+            self._left = 0.0 if ready else self.patience
         if self._left <= 0.0 or _work:
             return self.dispatcher(*arguments)
         import numpy as np
 
-        begun, compiled = process_time(), compiling_time()
+        begun, compiled = thread_time(), compiling_time()
         try:
             with np.errstate(all="ignore"):
                 return self.py_func(*arguments)
         finally:
-            self._left -= process_time() - begun - (compiling_time() - compiled)
+            self._left -= thread_time() - begun - (compiling_time() - compiled)
 
 
 def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline, bare: bool) -> Any:

@@ -34,7 +34,7 @@ class _Notice:
         """numba starts with a kernel, perhaps for the sake of another one."""
         self.depth += 1
         if self.depth == 1:
-            self.since, self.begun = time.monotonic(), time.process_time()
+            self.since, self.begun = time.monotonic(), time.thread_time()
             if self.active:
                 self.timer = threading.Timer(max(LONG - self.spent, 0.0), self.speak)
                 self.timer.daemon = True
@@ -45,7 +45,7 @@ class _Notice:
         self.depth -= 1
         if self.depth == 0:
             self.spent += time.monotonic() - self.since
-            self.worked += time.process_time() - self.begun
+            self.worked += time.thread_time() - self.begun
             if self.timer is not None:
                 self.timer.cancel()
                 self.timer = None

@@ -342,7 +342,7 @@ def finish(
     past.memo[PHASE] = FRESH
 
 
-@kernel(entry=True, patient=True, bare=True)
+@kernel(entry=True, patience=0.5, bare=True)
 def settle(
     system: System,
     motion: Motion,

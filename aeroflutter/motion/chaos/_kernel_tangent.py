@@ -59,7 +59,7 @@ def orthonormalise(tangents: Array, unit: Array, logs: Array) -> None:
             tangents[i, k] /= norm
 
 
-@kernel(entry=True, patient=True, bare=True)
+@kernel(entry=True, patience=1.0, bare=True)
 def returns(
     system: System,
     motion: Motion,

@@ -397,7 +397,7 @@ def goal(
     return here if here != -1 else -2, np.nan
 
 
-@kernel(entry=True, patient=True, bare=True)
+@kernel(entry=True, patience=2.0, bare=True)
 def follow(
     system: System,
     motion: Motion,
