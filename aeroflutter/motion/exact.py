@@ -39,7 +39,7 @@ KINDS = "1 lower edge of a piece, 2 upper edge, 3 pitch turns on a flat"
 def march(
     system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
 ) -> Response:
-    """March from switch to switch; see `timemarch.response.simulate`.
+    """March from switch to switch; see `motion.response.simulate`.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def march(
     options: SimulateOptions,
     frozen: bool = False,
 ) -> Response:
-    """March with Houbolt's scheme; see `timemarch.response.simulate`.
+    """March with Houbolt's scheme; see `motion.response.simulate`.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ KEPT = 40  # windows of a motion of which no record is wanted
 def march(
     system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
 ) -> Response:
-    """March by Taylor series or DOP853; see `timemarch.response.simulate`."""
+    """March by Taylor series or DOP853; see `motion.response.simulate`."""
     run = _Run(system, spring, state, memory, options)
     run.go()
     return run.response()

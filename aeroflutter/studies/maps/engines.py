@@ -40,7 +40,7 @@ class Ends(NamedTuple):
     state
         Places in `STATES`, (m,).
     amplitude, bias, period, rest
-        As in `timemarch.response.Response`, rad and τ, (m,).
+        As in `motion.response.Response`, rad and τ, (m,).
     time
         When the end was certain, τ, (m,).
     """

@@ -246,7 +246,7 @@ class FlutterMap:
     state
         Places in `STATES`; `FAILED` where a block could not be computed.
     amplitude_deg, bias_deg, period
-        Of the motion in which the cell ends, as in `timemarch.response.Response`.
+        Of the motion in which the cell ends, as in `motion.response.Response`.
     rest_deg
         Pitch at which a damped motion comes to rest.
     decided_at
