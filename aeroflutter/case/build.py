@@ -17,6 +17,7 @@ from aeroflutter.case.check import (
     check_variant,
     show,
 )
+from aeroflutter.case.engineering import SECTION, SECTION_SI, Rule, clashes, convert, named
 from aeroflutter.case.flaps import build_flap
 from aeroflutter.case.placed import PlacedSpring, build_springs
 from aeroflutter.errors import InputError
@@ -78,13 +79,25 @@ def _section(
     if isinstance(given, dict) and "si" in given:
         return _dimensional(given, flap)
     table = check_table("section", schema.Section, given)
+    if isinstance(given, dict):
+        table.problems += clashes("section", given, SECTION)
+        table.values = _stated(table.values, given, SECTION)
     stand_ins = dict.fromkeys(schema.Section.model_fields, 1.0) | {"x_alpha": 0.0}
-    arguments = table.values | _only(stand_ins, table.wrong) | {"flap": flap}
+    arguments = convert(table.values | _only(stand_ins, table.wrong), SECTION) | {"flap": flap}
     if "damping" in table.wrong:
         arguments["damping"] = "coordinate"
     keys = {name: f"section.{name}" for name in schema.Section.model_fields} | {"flap": "flap"}
+    keys |= named("section", table.values, SECTION)
     section = table.build(TypicalSection, arguments, keys)
     return section, table.values, table.problems
+
+
+def _stated(
+    values: dict[str, Any], given: Mapping[str, Any], rules: tuple[Rule, ...]
+) -> dict[str, Any]:
+    """Values without the defaults of what is given in other words."""
+    other = {rule.into for rule in rules if rule.key in given} - set(given)
+    return {key: value for key, value in values.items() if key not in other}
 
 
 def _dimensional(
@@ -104,11 +117,16 @@ def _dimensional(
     for ratio, damper in (("zeta_xi", "c_h"), ("zeta_alpha", "c_alpha")):
         if damper in si and ratio not in given:
             outer.values.pop(ratio, None)  # a default is no second statement
+    both = {**{name: value for name, value in given.items() if name != "si"}, **si}
+    outer.problems += clashes("section.si", both, SECTION_SI)
+    outer.values = _stated(outer.values, both, SECTION_SI)
     inner = check_table("section.si", schema.Dimensional, given["si"])
     stand_ins = dict.fromkeys(schema.Dimensional.model_fields, 1.0)
     keys = {name: f"section.si.{name}" for name in stand_ins}
     keys |= {name: f"section.{name}" for name in own if name not in si} | {"flap": "flap"}
-    arguments = outer.values | inner.values | _only(stand_ins, inner.wrong) | {"flap": flap}
+    keys |= named("section", rest, SECTION_SI) | named("section.si", si, SECTION_SI)
+    arguments = outer.values | inner.values | _only(stand_ins, inner.wrong)
+    arguments = convert(arguments, SECTION_SI) | {"flap": flap}
     arguments.pop("c_beta", None)  # the flap has it
     if "damping" in outer.wrong:
         arguments["damping"] = "coordinate"

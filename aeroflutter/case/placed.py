@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from aeroflutter import springs
 from aeroflutter.case import schema
 from aeroflutter.case.check import CheckedTable, check_variant, show
+from aeroflutter.case.engineering import clashes, convert, named, spring_rules
 from aeroflutter.model.equations import COORDINATES
 
 __all__ = ["PlacedSpring", "PlacedSprings", "build_springs"]
@@ -113,7 +114,17 @@ def _law(
     count = max((len(v) for v in values.values() if isinstance(v, list)), default=0)
     stand_in = list(range(count)) if kind == "table" else 1.0
     values |= {name: stand_in for name in names if name in table.wrong}
+    rules = spring_rules(kind, angle=variants is schema.SPRINGS)
+    table.problems += clashes(label, given, rules)
+    for rule in rules:
+        if rule.key not in given and rule.into not in given:
+            about = schema.metadata(variants[kind], rule.into)
+            problem = f"is missing; give {about['allowed']} ({about['meaning']})"
+            table.problems.append(f"{label}.{rule.into}: {problem}")
+            values[rule.into] = 1.0  # so that the others are checked
     keys = {_field(name): f"{label}.{name}" for name in names}
+    keys |= {_field(into): key for into, key in named(label, given, rules).items()}
+    values = convert(values, rules)
     # Piecewise-linear laws are scale-free: built in degrees first, they complain in degrees.
     table.build(SPRINGS[kind], {_field(n): value for n, value in values.items()}, keys)
     if table.problems:

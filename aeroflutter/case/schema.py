@@ -51,14 +51,23 @@ class Dimensional(Table):
     rho: Number = key(POSITIVE, "air density, kg/m^3", example="1.225")
     x_cg: Number | None = key(NUMBER, "centre of mass behind the elastic axis, m", None, "0.0625")
     S: Number | None = key(NUMBER, "or: static moment m x_cg, kg", None, "1.503")
+    cg_percent_chord: Number | None = key(
+        NUMBER, "or: centre of mass, per cent of the chord from the nose", None, "37.5"
+    )
     I_alpha: Number | None = key(
         POSITIVE, "moment of inertia about the elastic axis, kg m", None, "0.3758"
     )
     r: Number | None = key(POSITIVE, "or: radius of gyration about it, m", None, "0.125")
     K_h: Number | None = key(POSITIVE, "heave stiffness, N/m^2", None, "38480.0")
     omega_h: Number | None = key(POSITIVE, "or: uncoupled heave frequency, rad/s", None, "40.0")
-    K_alpha: Number | None = key(POSITIVE, "pitch stiffness, N/rad", None, "939.5")
+    frequency_h_hz: Number | None = key(POSITIVE, "or: uncoupled heave frequency, Hz", None, "6.4")
+    K_alpha: Number | None = key(
+        POSITIVE, "pitch stiffness, N m/rad a metre of span", None, "939.5"
+    )
     omega_alpha: Number | None = key(POSITIVE, "or: uncoupled pitch frequency, rad/s", None, "50.0")
+    frequency_alpha_hz: Number | None = key(
+        POSITIVE, "or: uncoupled pitch frequency, Hz", None, "8.0"
+    )
     m_heave: Number | None = key(
         "a number, m or larger",
         "mass that heaves, supports included, kg/m; m by default",
@@ -75,11 +84,13 @@ class Dimensional(Table):
         NOT_NEGATIVE, "or: damper of the flap, N s, in place of zeta_beta", None, "0.001"
     )
     a_h: Number | None = key(NUMBER, "as in [section]", None)
+    axis_percent_chord: Number | None = key(NUMBER, "as in [section]", None)
     zeta_alpha: Number | None = key(NOT_NEGATIVE, "as in [section]", None)
     zeta_xi: Number | None = key(NOT_NEGATIVE, "as in [section]", None)
 
 
 _AXIS = key(NUMBER, "elastic axis behind mid-chord, in semi-chords", -0.5)
+_AXIS_PERCENT = key(NUMBER, "or: elastic axis, per cent of the chord from the nose", None, "25.0")
 _PITCH_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of pitch", 0.0)
 _HEAVE_DAMPING = key(NOT_NEGATIVE, "viscous damping ratio of heave", 0.0)
 _DAMPING = key(
@@ -92,7 +103,11 @@ class Section(Table):
 
     mu: Number = key(POSITIVE, "mass ratio m/(pi rho b^2)", 100.0)
     a_h: Number = _AXIS
+    axis_percent_chord: Number | None = _AXIS_PERCENT
     x_alpha: Number = key(NUMBER, "centre of mass behind the elastic axis, in semi-chords", 0.25)
+    cg_percent_chord: Number | None = key(
+        NUMBER, "or: centre of mass, per cent of the chord from the nose", None, "37.5"
+    )
     r_alpha: Number = key(
         "a number larger than |x_alpha|",
         "radius of gyration about the elastic axis, in semi-chords",
@@ -113,6 +128,7 @@ class DimensionalSection(Table):
     """`[section]` beside a table `[section.si]`: what that one does not say."""
 
     a_h: Number = _AXIS
+    axis_percent_chord: Number | None = _AXIS_PERCENT
     zeta_alpha: Number = _PITCH_DAMPING
     zeta_xi: Number = _HEAVE_DAMPING
     damping: Literal["coordinate", "modal"] = _DAMPING
@@ -238,8 +254,16 @@ class HysteresisKeys(Table):
     """Hysteresis loop: freeplay with friction, unit slope outside."""
 
     kind: Literal["hysteresis"] = "hysteresis"
-    delta_v_deg: Number = key(NOT_NEGATIVE, "height of the loop (friction), degrees", example="1.0")
-    delta_h_deg: Number = key(NOT_NEGATIVE, "width of the loop (gap), degrees", example="0.2")
+    delta_v_deg: Number | None = key(
+        NOT_NEGATIVE, "height of the loop: twice the friction, degrees", None, "1.0"
+    )
+    friction_deg: Number | None = key(
+        NOT_NEGATIVE, "or: friction to either side, degrees", None, "0.5"
+    )
+    delta_h_deg: Number | None = key(
+        NOT_NEGATIVE, "width of the loop: the whole gap, degrees", None, "0.2"
+    )
+    gap_deg: Number | None = key(NOT_NEGATIVE, "or: the same by its other name", None, "0.2")
     v_off_deg: Number = key(NUMBER, "offset of the loop along the moment axis, degrees", 0.0)
     h_off_deg: Number = key(NUMBER, "offset of the loop along the pitch axis, degrees", 0.0)
 

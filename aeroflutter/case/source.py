@@ -10,6 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from aeroflutter.case.engineering import displaced
 from aeroflutter.errors import InputError
 
 SIZE_LIMIT = 1 << 20
@@ -138,10 +139,20 @@ def apply_overrides(tables: dict[str, Any], overrides: Mapping[str, Any]) -> dic
             continue
         if _is_tag(path) and table.get(last) != value:
             _clear(table)
+        for other in displaced(path) - {p.rpartition(".")[2] for p in overrides}:
+            for place in (table, *_neighbours(result, folders)):
+                place.pop(other, None)
         table[last] = plain(value)
     if problems:
         raise InputError(problems)
     return result
+
+
+def _neighbours(tables: dict[str, Any], folders: list[str]) -> list[dict[str, Any]]:
+    """The other table in which a section may state the same: `[section]` or `[section.si]`."""
+    section = tables.get("section") if folders[:1] == ["section"] else None
+    inner = section.get("si") if isinstance(section, dict) else None
+    return [table for table in (section, inner) if isinstance(table, dict)]
 
 
 def _table(tables: dict[str, Any], folders: list[str]) -> dict[str, Any] | str:

@@ -52,9 +52,11 @@ def _section(dimensional: bool) -> Iterator[str]:
     shared = schema.DimensionalSection.model_fields
     yield "[section]"
     for name, line in zip(schema.Section.model_fields, _keys(schema.Section), strict=True):
-        yield line if name in shared or not dimensional else f"# {line}"
+        own = (name in shared or not dimensional) and "# or: " not in line
+        yield line if own else f"# {line}"
     yield ""
-    replaced = ", ".join(n for n in schema.Section.model_fields if n not in shared)
+    stated = schema.Section.model_fields.items()
+    replaced = ", ".join(n for n, key in stated if n not in shared and key.default is not None)
     yield f"# Or per unit span in SI units, in the place of {replaced};"
     yield "# of the keys that begin with 'or' and the one before them give one."
     mark = "" if dimensional else "# "
@@ -83,7 +85,8 @@ def _springs(kind: str) -> Iterator[str]:
         "stiffness = 1.0".ljust(_WIDTH) + "# of its unit slope, over the nominal stiffness",
     ):
         yield f"# {line}"
-    yield from _keys(schema.SPRINGS[kind], f'kind = "{kind}"')
+    for line in _keys(schema.SPRINGS[kind], f'kind = "{kind}"'):
+        yield f"# {line}" if "# or: " in line else line
     for other, model in schema.SPRINGS.items():
         if other != kind:
             yield "#"

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 MOST_NUMBERS = 10_000_000
+LONGEST = 8  # numbers of a list that are printed for people
 
 CaseName = Annotated[str, Parameter(help="TOML file or name of a built-in case.")]
 Json = Annotated[
@@ -318,4 +319,7 @@ def shown(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.6g}" if math.isfinite(value) else "-"
+    if isinstance(value, list) and len(value) > LONGEST:
+        ends = ", ".join(map(shown, value[:3])), ", ".join(map(shown, value[-2:]))
+        return f"[{ends[0]}, ..., {ends[1]}] ({len(value)} numbers)"
     return str(value)

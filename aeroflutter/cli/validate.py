@@ -22,6 +22,8 @@ def validate(
 
     Every problem is reported at once, one line each, on stderr; the exit code is then 2.
     """
+    from aeroflutter.case.engineering import converted
+
     try:
         loaded = options.load(case, angle=False)
     except InputError as error:
@@ -29,13 +31,24 @@ def validate(
             print_json({"valid": False, "problems": error.problems})
         raise
     if json:
-        print_json({"valid": True, "problems": [], "digest": loaded.digest, "case": loaded.tables})
+        print_json(
+            {
+                "valid": True,
+                "problems": [],
+                "digest": loaded.digest,
+                "case": loaded.tables,
+                "converted": [one._asdict() for one in converted(loaded.tables)],
+            }
+        )
         return
     print(f"{loaded.source}: ok")
     show_facts(_facts(loaded))
 
 
 def _facts(case: Case) -> dict[str, Any]:
+    from aeroflutter.case.engineering import converted
+    from aeroflutter.results.cycles import spring_words
+
     facts: dict[str, Any] = {"title": case.title}
     section = {
         name: getattr(case.section, name)
@@ -53,8 +66,15 @@ def _facts(case: Case) -> dict[str, Any]:
         )
     if case.section.flap:
         facts["flap"] = _listed(vars(case.section.flap))
-    for name in ("aerodynamics", "spring", "initial"):
-        facts[name] = _listed(case.tables[name])
+    tables = case.tables
+    facts["aerodynamics"] = _listed(tables["aerodynamics"])
+    facts["spring"] = _listed(tables["spring"])
+    words = [spring_words(item.spring) for item in case.springs if item.at != "heave"]
+    facts |= {"loop": "; ".join(filter(None, words))} if any(words) else {}
+    facts["initial"] = _listed(tables["initial"])
+    for number, one in enumerate(converted(tables), 1):
+        given, value = shown(one.given), shown(one.value)
+        facts[f"converted {number}"] = f"{one.key} = {given} is {one.into} = {value} {one.unit}"
     return facts
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOnset
     from aeroflutter.springs import Spring
 
-__all__ = ["LAYOUTS", "Branches", "Proved", "guarantee_fields", "spring_record"]
+__all__ = ["LAYOUTS", "Branches", "Proved", "guarantee_fields", "spring_record", "spring_words"]
 
 # Describing functions: the curve, the same with what is proved of it, the loop at one speed
 
@@ -305,6 +305,17 @@ def spring_record(spring: Spring | None) -> dict[str, Any] | None:
         field = FIELDS.get(name, Field(""))
         found[name + field.kind.suffix] = in_files(getattr(spring, entry.name), field)
     return found
+
+
+def spring_words(spring: Spring | None) -> str:
+    """Friction and gap of a loop in words, since delta_v is twice the friction; else nothing."""
+    if spring is None or spring.kind != "hysteresis":
+        return ""
+    height, width = np.degrees(spring.delta_v), np.degrees(spring.delta_h)  # type: ignore[attr-defined]
+    return (
+        f"friction ± {height / 2:.6g} deg (delta_v = {height:.6g} deg, twice the friction), "
+        f"gap {width:.6g} deg (delta_h)"
+    )
 
 
 TOLERANCE = layout(
