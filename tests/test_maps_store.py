@@ -101,6 +101,22 @@ def expected() -> dict[str, bytes]:
     return complete(results)
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    """A finished store, for the tests to copy."""
+    path = tmp_path_factory.mktemp("finished") / "a.zarr"
+    store = Store.create(path, Toy())
+    run(Toy(), store, Threads(1))
+    store.close()
+    return path
+
+
+@pytest.fixture
+def whole(finished: Path, tmp_path: Path) -> Path:
+    """A finished store of one's own."""
+    return Path(shutil.copytree(finished, tmp_path / "a.zarr"))
+
+
 def test_a_store_holds_what_was_computed_and_opens_with_other_tools(tmp_path: Path) -> None:
     store = Store.create(tmp_path / "a.zarr", Toy())
     run(Toy(), store, Threads(2))
@@ -189,13 +205,10 @@ def test_differences_are_named_and_limited() -> None:
     assert many[-1] == "and 22 more differences"
 
 
-@pytest.mark.parametrize("name", ["noise/c/0/0", "state/c/2/0"])
+@pytest.mark.parametrize("name", ["noise/c/0/0", "state/c/2/0", "blocks/cells/c/1/0"])
 @pytest.mark.parametrize("how", ["flip", "cut", "drop"])
-def test_damage_to_a_committed_block_is_found(tmp_path: Path, name: str, how: str) -> None:
-    path = tmp_path / "a.zarr"
-    store = Store.create(path, Toy())
-    run(Toy(), store, Threads(1))
-    store.close()
+def test_a_damaged_block_is_computed_again_and_no_other(whole: Path, name: str, how: str) -> None:
+    path = whole
     chunk = path / name
     data = bytearray(chunk.read_bytes())
     if how == "flip":
@@ -205,28 +218,56 @@ def test_damage_to_a_committed_block_is_found(tmp_path: Path, name: str, how: st
         chunk.write_bytes(data[: len(data) // 2])
     else:
         chunk.unlink()
-    with pytest.raises(InputError, match=r"a\.zarr: is damaged .*--overwrite"):
-        Store.resume(path, Toy())
-    Store.create(path, Toy(), overwrite=True).close()
+    number = int(name.split("/")[-2])
+    again = Store.resume(path, Toy())
+    if (how, name.split("/")[0]) != ("drop", "blocks"):  # a marker lost is a block not computed
+        assert again.mended == (f"block {number} of cells was damaged; it is computed again",)
+    assert list(np.flatnonzero(~again.done("cells"))) == [number]
+    assert again.done("edges").all()
+    run(Toy(), again, Threads(1))
+    again.close()
+    assert complete(again) == expected()
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"zarr_format": 3, "node_type": "group"}'])
-def test_damage_to_the_metadata_is_one_clear_line(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "a.zarr"
-    Store.create(path, Toy()).close()
-    (path / "zarr.json").write_text(text)
-    with pytest.raises(InputError) as refusal:
-        Store.resume(path, Toy())
-    assert len(refusal.value.problems) == 1
+@pytest.mark.parametrize("part", [".", "blocks", "noise", "x", "blocks/edges", "blocks/cells_cpu"])
+def test_a_description_that_is_damaged_is_written_anew(whole: Path, text: str, part: str) -> None:
+    path = whole
+    (path / part / "zarr.json").write_text(text)
+    again = Store.resume(path, Toy())
+    assert again.done("cells").all()
+    assert again.done("edges").all()
+    assert all("damaged" in line for line in again.mended)
+    assert len(again.mended) == (part != "blocks")
+    again.close()
+    assert complete(again) == expected()
+    assert np.isfinite(again.cpu_seconds)
+    Store.create(path, Toy(), overwrite=True).close()
 
 
-@pytest.mark.parametrize("victim", ["noise", "blocks", "blocks/cells"])
-def test_a_missing_part_is_damage(tmp_path: Path, victim: str) -> None:
-    path = tmp_path / "a.zarr"
-    Store.create(path, Toy()).close()
-    shutil.rmtree(path / victim)
-    with pytest.raises(InputError, match="damaged"):
-        Store.resume(path, Toy())
+def test_a_store_without_either_description_is_left_alone(whole: Path) -> None:
+    path = whole
+    for part in (".", "blocks"):
+        (path / part / "zarr.json").write_text("{")
+    for take in (Store.resume, lambda *args: Store.create(*args, overwrite=True)):
+        with pytest.raises(InputError, match="no store of aeroflutter") as refusal:
+            take(path, Toy())
+        assert len(refusal.value.problems) == 1
+    assert (path / "noise/c/0/0").exists()
+
+
+@pytest.mark.parametrize("victim", ["noise", "x", "blocks", "blocks/cells", "y/c", "x/c/0"])
+def test_a_missing_part_is_made_again(whole: Path, victim: str) -> None:
+    path = whole
+    target = path / victim
+    shutil.rmtree(target) if target.is_dir() else target.unlink()
+    again = Store.resume(path, Toy())
+    assert again.mended
+    run(Toy(), again, Threads(1))
+    again.close()
+    assert complete(again) == expected()
+    group = zarr.open_group(path, mode="r")
+    assert all(np.array_equal(group[name][:], v) for name, v in Toy().dimensions.items())
 
 
 def test_another_format_is_refused(tmp_path: Path) -> None:
@@ -328,3 +369,96 @@ def test_a_marker_is_written_after_its_data(tmp_path: Path, monkeypatch) -> None
     assert np.array_equal(store.read("noise", task.region), arrays["noise"])
     assert not store.done("cells").any()
     store.close()
+
+
+@pytest.mark.parametrize("place", ["notes", "noise/notes", "noise/c/0/notes", "mine/zarr.json"])
+def test_only_what_a_store_consists_of_is_deleted(whole: Path, place: str) -> None:
+    note = whole / place
+    note.parent.mkdir(exist_ok=True)
+    note.write_text("mine")
+    with pytest.raises(InputError, match=rf"holds {place}.*not overwritten"):
+        Store.create(whole, Toy(), overwrite=True)
+    assert note.read_text() == "mine"
+    assert Store.resume(whole, Toy()).done("cells").all()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'{{"zarr_format": 3, "node_type": "group", "attributes": {{"about": "{MARK}"}}}}',
+        f'{{"attributes": {{"{MARK}": "of a friend"}}}}',
+        f'{{"attributes": {{"{MARK}": {{"identity": 3}}}}}}',
+    ],
+)
+def test_the_word_alone_makes_no_store(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "a.zarr"
+    path.mkdir()
+    (path / "zarr.json").write_text(text)
+    with pytest.raises(InputError, match="no store of aeroflutter"):
+        Store.create(path, Toy(), overwrite=True)
+    with pytest.raises(InputError, match="no store of aeroflutter"):
+        Store.resume(path, Toy())
+
+
+def test_a_link_to_a_store_is_not_overwritten(tmp_path: Path, whole: Path) -> None:
+    (tmp_path / "link.zarr").symlink_to(whole)
+    with pytest.raises(InputError, match="no store of aeroflutter"):
+        Store.create(tmp_path / "link.zarr", Toy(), overwrite=True)
+
+
+def test_the_folder_of_a_neighbour_stays(tmp_path: Path) -> None:
+    for name in (".a.zarr.part", ".aeroflutter-mine.part", ".aeroflutter-" + "0" * 32 + ".part"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "diary.txt").write_text("dear")
+        os.utime(tmp_path / name, (0, 0))
+    Store.create(tmp_path / "a.zarr", Toy()).close()
+    assert len(list(tmp_path.glob("*/diary.txt"))) == 3
+
+
+def test_what_a_killed_run_left_is_cleared_an_hour_later(tmp_path: Path, whole: Path) -> None:
+    half = tmp_path / (".aeroflutter-" + "1" * 32 + ".part")
+    whole.rename(half)
+    Store.create(tmp_path / "b.zarr", Toy()).close()
+    assert half.exists()
+    os.utime(half, (0, 0))
+    Store.create(tmp_path / "c.zarr", Toy()).close()
+    assert not half.exists()
+
+
+def test_a_store_finished_meanwhile_is_not_replaced(
+    tmp_path: Path, whole: Path, monkeypatch
+) -> None:
+    """Two runs find the name free; the one that lays out its store last is refused."""
+    target = tmp_path / "b.zarr"
+    monkeypatch.setattr(
+        "aeroflutter.studies.maps.store.lay_out", lambda part, study: whole.rename(target)
+    )
+    with pytest.raises(InputError, match="exists"):
+        Store.create(target, Toy())
+    assert Store.resume(target, Toy()).done("edges").all()
+    assert [one.name for one in tmp_path.iterdir() if one.name.startswith(".")] == []
+
+
+@pytest.mark.parametrize("how", ["renamed", "removed", "replaced"])
+def test_a_store_that_goes_away_stops_the_run(tmp_path: Path, how: str) -> None:
+    path = tmp_path / "a.zarr"
+    store = Store.create(path, Toy())
+
+    def away(state) -> None:
+        if state.done == 0 or not path.exists():
+            return
+        if how == "removed":
+            shutil.rmtree(path)
+        else:
+            path.rename(tmp_path / "b.zarr")
+        if how == "replaced":
+            path.mkdir()
+
+    with pytest.raises(AeroflutterError, match=r"a\.zarr: was renamed or removed"):
+        run(Toy(), store, Threads(1), away)
+    store.close()
+    assert not (path / "noise").exists()
+    if how != "removed":
+        again = Store.resume(tmp_path / "b.zarr", Toy())
+        assert (again.done("cells").sum(), again.mended) == (1, ())
+        again.close()

@@ -125,7 +125,10 @@ class Keeping:
         if self.store is None:
             return contextlib.nullcontext(MemoryResults(study))
         if self.resume:
-            return contextlib.closing(Store.resume(self.store, study))
+            resumed = Store.resume(self.store, study)
+            for line in resumed.mended:
+                print(f"{self.store}: {line}", file=sys.stderr)
+            return contextlib.closing(resumed)
         from aeroflutter.results.dataset import VARIABLES, provenance
 
         store = Store.create(self.store, study, overwrite=self.overwrite)

@@ -12,7 +12,7 @@ from aeroflutter.studies.maps.flutter_map import (
 )
 from aeroflutter.studies.maps.grid import Axis, Grid
 from aeroflutter.studies.maps.runner import Progress, run
-from aeroflutter.studies.maps.store import Store, StoreFull
+from aeroflutter.studies.maps.store import Store, StoreFull, StoreMoved
 from aeroflutter.studies.maps.study import Executor
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "SpeedPitch",
     "Store",
     "StoreFull",
+    "StoreMoved",
     "Threads",
     "collect",
     "flutter_map",
