@@ -178,6 +178,8 @@ PREFIXES = {  # of the variables that hold a list of records; facts have none
     "path": "",
     "describing": "",
     "pieces": "piece_",
+    "coordinates": "coordinate_",
+    "springs": "spring_",
 }
 NAMES = {  # that differ on purpose
     "mirrored": "odd",

@@ -28,8 +28,8 @@ from aeroflutter.model.section import TypicalSection
 if TYPE_CHECKING:
     from aeroflutter.case.placed import PlacedSpring
     from aeroflutter.model.family import SectionModel
-    from aeroflutter.model.lure import SectionFamily, SpringFamily
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnyFamily, SectionFamily, SpringFamily
+    from aeroflutter.springs import Spring, Springs
 
 __all__ = ["Case", "InitialMotion", "builtin_names", "load_case"]
 
@@ -124,7 +124,7 @@ class Case:
         Raises
         ------
         InputError
-            If there are several springs that are not linear.
+            If there are several springs that are not linear; `loop` is for any number.
         """
         from aeroflutter.model.lure import SectionFamily, SpringFamily
 
@@ -138,6 +138,18 @@ class Case:
         if (model.springs, model.stiffness, model.linear) == (("pitch",), (1.0,), {}):
             return SectionFamily(self.section, self.aerodynamics)
         return SpringFamily(model)
+
+    def loop(self) -> tuple[AnyFamily, Springs]:
+        """The section at every airspeed, and what closes it.
+
+        Returns
+        -------
+        family, spring
+            `family` and `spring`, where one spring is not linear; else the `model`, and as many
+            springs as it has outputs.
+        """
+        outside = tuple(item.spring for item in outputs(self.springs))
+        return (self.family(), outside[0]) if len(outside) == 1 else (self.model(), outside)
 
     def replace(self, key: str, value: Any) -> Case:
         """The case with one key changed, as in ``case.replace("section.zeta_alpha", 0.02)``."""

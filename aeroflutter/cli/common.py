@@ -294,6 +294,14 @@ def show_fields(names: str, rows: Iterable[Mapping[str, Any]], *more: str) -> No
     show_table(headings, [[row[key] for key in keys] for row in rows])
 
 
+def show_swings(swings: Sequence[Mapping[str, Any]]) -> None:
+    """Print how far every coordinate moves."""
+    show_table(
+        ("coordinate", "amplitude", "bias", "unit"),
+        [tuple(one[key] for key in ("name", "amplitude", "bias", "unit")) for one in swings],
+    )
+
+
 def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> str:
     """The record of a lowest cycle as a sentence."""
     ratio, beside = onset["speed_ratio"], "stable" if onset["stable"] else "unstable"

@@ -224,7 +224,7 @@ def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
 
     if cells.shared != 0 or found.grid.x.key not in ("speed", "speed_ratio"):
         return {}
-    flutter = flutter_speed(case.family())
+    flutter = flutter_speed(case.loop()[0])
     if flutter is None:
         return {}
     unit = flutter if found.grid.x.key == "speed_ratio" else 1.0

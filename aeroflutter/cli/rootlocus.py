@@ -47,11 +47,11 @@ def rootlocus(
     loaded = options.load(case, angle=False)
     settings = RootLocusOptions(stiffness=stiffness, low=low, high=high)
     shown = None if speeds is None else numbers("--speeds", speeds)
-    result = root_locus(loaded.family(), settings, speeds=shown)
+    result = root_locus(loaded.loop()[0], settings, speeds=shown)
     curve = None
     if stiffness_curve is not None:
         values = numbers("--stiffness-curve", stiffness_curve)
-        curve = (values, *flutter_against_stiffness(loaded.family(), values, settings))
+        curve = (values, *flutter_against_stiffness(loaded.loop()[0], values, settings))
     output.deliver(
         {
             "title": loaded.title,

@@ -19,6 +19,7 @@ from aeroflutter.cli.common import (
     numbers,
     show_facts,
     show_fields,
+    show_swings,
 )
 from aeroflutter.errors import InputError
 
@@ -127,7 +128,11 @@ def _shown(case: Case, run: Run) -> None:
 
     names = {"speed": "speed U*", "speed_ratio": "U*/U*_L", "flutter_speed": "U*_L"}
     print(case.title)
-    show_facts({names.get(key, key): value for key, value in fields_of(run, case).items()})
+    fields = fields_of(run, case)
+    moving, springs = fields.pop("coordinates"), fields.pop("springs")
+    show_facts({names.get(key, key): value for key, value in fields.items()})
+    if len(springs) > 1:
+        show_swings(moving)
 
 
 def _continued(case: Case, run: Run, settings: SimulateOptions, duration: float | None) -> Run:
@@ -154,7 +159,7 @@ def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> S
 def _flutter_speed(case: Case) -> float | None:
     from aeroflutter.linear.rootlocus import flutter_speed
 
-    return flutter_speed(case.family())
+    return flutter_speed(case.loop()[0])
 
 
 def _speed(speed: float | None, ratio: float | None, flutter: float | None) -> float:
@@ -184,8 +189,8 @@ def _single(
     from aeroflutter.results.motions import Run
 
     with late_bar("simulating") as tick:
-        system = case.family().at(speed)
-        response = march(system, case.spring, start, replace(settings, progress=tick))
+        family, spring = case.loop()
+        response = march(family.at(speed), spring, start, replace(settings, progress=tick))
     return Run(speed=speed, flutter_speed=flutter, start=start, response=response)
 
 
@@ -217,8 +222,7 @@ def _sweeps(
     reference = _needed(flutter)
     with late_bar("sweeping") as tick:
         passes = there_and_back(
-            case.family(),
-            case.spring,
+            *case.loop(),
             ratios * reference,
             start,
             replace(settings, progress=tick),

@@ -1,4 +1,4 @@
-"""Roots of ``pI - A(U) + N b c`` followed over speed by their eigenvectors, never by sorting.
+"""Roots of ``pI - A(U) + N B C`` followed over speed by their eigenvectors, never by sorting.
 
 Between two neighbouring speeds every right eigenvector must have one clear partner among the left
 ones, or the interval is halved. Only where two roots coalesce do the nearest ones go on.
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.model.lure import Complex, LureFamily, Real
+from aeroflutter.model.lure import AnyFamily, Complex, Real, as_family
 
 __all__ = ["Modes", "Track", "closed_matrices", "follow", "solve_modes"]
 
@@ -49,14 +49,14 @@ class Track:
     slopes: Complex
 
 
-def closed_matrices(family: LureFamily, stiffness: float, speeds: Real) -> Real:
-    """``A - N b c`` at every speed, shape (…, n, n)."""
-    A, b = family.stack(speeds)
-    closed: Real = A - stiffness * b[..., :, None] * family.c
+def closed_matrices(family: AnyFamily, stiffness: float, speeds: Real) -> Real:
+    """``A - N B C`` at every speed, shape (…, n, n): N times the unit slope of every spring."""
+    A, B, C, _ = as_family(family).stack(speeds)
+    closed: Real = A - (stiffness * B) @ C
     return closed
 
 
-def solve_modes(family: LureFamily, stiffness: float, speeds: Real) -> Modes:
+def solve_modes(family: AnyFamily, stiffness: float, speeds: Real) -> Modes:
     """Eigenvalues and eigenvectors at speeds (m,), in no particular order."""
     roots, right = np.linalg.eig(closed_matrices(family, stiffness, speeds))
     # a defective matrix has no inverse eigenvectors; the pseudo-inverse keeps the others usable
@@ -76,7 +76,7 @@ def _partners(modes: Modes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
     return best, clear
 
 
-def _refined(family: LureFamily, stiffness: float, speeds: Real) -> Modes:
+def _refined(family: AnyFamily, stiffness: float, speeds: Real) -> Modes:
     """Halve every interval across which the modes have no clear partners."""
     modes = solve_modes(family, stiffness, speeds)
     for _ in range(_DEPTH):
@@ -111,11 +111,13 @@ def _nearest_pairs(first: Complex, last: Complex) -> NDArray[np.intp]:
     return partner
 
 
-def follow(family: LureFamily, stiffness: float, speeds: Real) -> Track:
+def follow(family: AnyFamily, stiffness: float, speeds: Real) -> Track:
     """Modes over ascending speeds (m,), with the speeds added that it takes to tell them apart."""
     modes = _refined(family, stiffness, speeds)
-    dA, db = family.derivative(modes.speeds)
-    change = dA - stiffness * db[..., :, None] * family.c
+    whole = as_family(family)
+    C = whole.stack(modes.speeds)[2]
+    dA, dB, _, _ = whole.derivative(modes.speeds)
+    change = dA - (stiffness * dB) @ C
     slopes = np.einsum("mij,mjk,mki->mi", modes.left, change, modes.right, optimize=True)
     columns = _assigned(modes)
     return Track(

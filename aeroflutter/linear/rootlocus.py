@@ -1,4 +1,4 @@
-"""Linear flutter by root locus: roots of ``det(pI - A(U) + N b c)`` followed over speed.
+"""Linear flutter by root locus: roots of ``det(pI - A(U) + N B C)`` followed over speed.
 
 Modes are followed by their eigenvectors (`linear.modes`). Crossings of the imaginary axis are
 found on each mode, touching ones included, and bracketed to round-off on the eigenvalue. Systems
@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 from aeroflutter.bracket import bracketed_root
 from aeroflutter.errors import InputError
 from aeroflutter.linear.modes import Track, closed_matrices, follow, solve_modes
-from aeroflutter.model.lure import Complex, LureFamily, Real, inverse_transfer
+from aeroflutter.model.lure import AnyFamily, Complex, Real, as_family
+from aeroflutter.model.system import inverse_transfer
 
 _NEUTRAL = 1e-9  # |Re p| below this fraction of max |p| is round-off, not damping
 
@@ -59,7 +60,7 @@ class RootLocusOptions:
         if problems:
             raise InputError(problems)
 
-    def range(self, family: LureFamily) -> tuple[float, float]:
+    def range(self, family: AnyFamily) -> tuple[float, float]:
         """Speeds between which to search."""
         low, high = family.search_range
         low = low if self.low is None else self.low
@@ -127,7 +128,7 @@ class RootLocus:
 
 
 def root_locus(
-    family: LureFamily,
+    family: AnyFamily,
     options: RootLocusOptions | None = None,
     *,
     speeds: ArrayLike | None = None,
@@ -136,7 +137,7 @@ def root_locus(
 
     Parameters
     ----------
-    family : LureFamily
+    family : Family or LureFamily
     options : RootLocusOptions, optional
     speeds : array (m,), optional
         Speeds at which roots are returned. By default 241 of them from the lowest speed searched
@@ -171,20 +172,20 @@ def root_locus(
     )
 
 
-def flutter_point(family: LureFamily, options: RootLocusOptions | None = None) -> Crossing | None:
+def flutter_point(family: AnyFamily, options: RootLocusOptions | None = None) -> Crossing | None:
     """The lowest crossing from damped to growing, or None if there is none in the range."""
     options = options or RootLocusOptions()
     return _first_growing(_crossings(family, options.stiffness, _search(family, options)))
 
 
-def flutter_speed(family: LureFamily, stiffness: float = 1.0) -> float | None:
+def flutter_speed(family: AnyFamily, stiffness: float = 1.0) -> float | None:
     """Linear flutter speed U*_L for a pitch stiffness, or None if there is none in the range."""
     point = flutter_point(family, RootLocusOptions(stiffness=stiffness))
     return None if point is None else point.speed
 
 
 def flutter_against_stiffness(
-    family: LureFamily, stiffnesses: ArrayLike, options: RootLocusOptions | None = None
+    family: AnyFamily, stiffnesses: ArrayLike, options: RootLocusOptions | None = None
 ) -> tuple[Real, Real]:
     """Flutter speed and reduced frequency for each pitch stiffness (thesis figure 4.11).
 
@@ -207,13 +208,13 @@ def flutter_against_stiffness(
     return found[:, 0], found[:, 1]
 
 
-def _search(family: LureFamily, options: RootLocusOptions) -> Track:
+def _search(family: AnyFamily, options: RootLocusOptions) -> Track:
     low, high = options.range(family)
     space = np.geomspace if low > 0 else np.linspace
     return follow(family, options.stiffness, space(low, high, options.grid))
 
 
-def _roots_at(family: LureFamily, stiffness: float, speeds: Real) -> Complex:
+def _roots_at(family: AnyFamily, stiffness: float, speeds: Real) -> Complex:
     """Tracked roots at the given speeds only."""
     order = np.argsort(speeds, kind="stable")
     if speeds.size == 1:
@@ -248,7 +249,7 @@ def _unstable_at_low(track: Track) -> bool:
     return bool(np.any((roots.real > _NEUTRAL * np.abs(roots).max()) & (roots.imag > 0)))
 
 
-def _crossings(family: LureFamily, stiffness: float, track: Track) -> tuple[Crossing, ...]:
+def _crossings(family: AnyFamily, stiffness: float, track: Track) -> tuple[Crossing, ...]:
     if _reversible(family, stiffness, track.speeds):
         found = _coalescences(family, stiffness, track.speeds)
     else:
@@ -273,7 +274,7 @@ def _distinct(crossings: list[Crossing]) -> list[Crossing]:
 
 
 def _brackets(
-    family: LureFamily, stiffness: float, track: Track
+    family: AnyFamily, stiffness: float, track: Track
 ) -> list[tuple[float, float, complex, complex]]:
     """Intervals of speed across which an oscillatory root changes the sign of its damping."""
     U, roots, slopes = track.speeds, track.roots, track.slopes
@@ -297,7 +298,7 @@ def _brackets(
     return found
 
 
-def _nearest(family: LureFamily, stiffness: float, speed: float, guess: complex) -> complex:
+def _nearest(family: AnyFamily, stiffness: float, speed: float, guess: complex) -> complex:
     roots = np.linalg.eigvals(closed_matrices(family, stiffness, np.asarray(speed)))
     return complex(roots[np.argmin(np.abs(roots - guess))])
 
@@ -309,7 +310,7 @@ def _between(
 
 
 def _turning_point(
-    family: LureFamily,
+    family: AnyFamily,
     stiffness: float,
     ends: tuple[float, float],
     roots: tuple[complex, complex],
@@ -331,7 +332,7 @@ def _turning_point(
 
 
 def _polished(
-    family: LureFamily, stiffness: float, low: float, high: float, first: complex, last: complex
+    family: AnyFamily, stiffness: float, low: float, high: float, first: complex, last: complex
 ) -> Crossing | None:
     """The crossing in a bracket, to round-off."""
     guess = _between((low, high), (first, last))
@@ -351,7 +352,7 @@ def _polished(
 # --- systems without damping ---------------------------------------------------------------------
 
 
-def _reversible(family: LureFamily, stiffness: float, speeds: Real) -> bool:
+def _reversible(family: AnyFamily, stiffness: float, speeds: Real) -> bool:
     """True if with every root p, -p is a root as well, so that stability is lost by coalescence.
 
     That is so if the traces of all odd powers vanish. The smallest damping must count: undamped
@@ -367,7 +368,7 @@ def _reversible(family: LureFamily, stiffness: float, speeds: Real) -> bool:
     return True
 
 
-def _squares(family: LureFamily, stiffness: float, speed: float) -> Complex:
+def _squares(family: AnyFamily, stiffness: float, speed: float) -> Complex:
     """The squares p^2 of the roots of a reversible system, each once (n/2,)."""
     closed = closed_matrices(family, stiffness, np.asarray(speed))
     n = closed.shape[0]
@@ -384,7 +385,7 @@ def _discriminant(squares: Complex) -> float:
     return float(np.prod((squares[i] - squares[j]) ** 2).real)
 
 
-def _coalescences(family: LureFamily, stiffness: float, speeds: Real) -> list[Crossing]:
+def _coalescences(family: AnyFamily, stiffness: float, speeds: Real) -> list[Crossing]:
     def value(speed: float) -> float:
         return _discriminant(_squares(family, stiffness, speed))
 
@@ -410,18 +411,22 @@ def _coalescences(family: LureFamily, stiffness: float, speeds: Real) -> list[Cr
 # --- divergence ----------------------------------------------------------------------------------
 
 
-def _divergence(family: LureFamily, stiffness: float, speeds: Real) -> float | None:
-    """Lowest speed at which ``1/G(0) + N`` changes sign: the static loads balance."""
+def _divergence(family: AnyFamily, stiffness: float, speeds: Real) -> float | None:
+    """Lowest speed at which ``det(1/G(0) + N I)`` changes sign: the static loads balance."""
+    whole = as_family(family)
 
-    def balance(speed: float) -> float:
-        A, b = family.stack(speed)
-        return float(inverse_transfer(A, b, family.c, 0.0).real) + stiffness
+    def balance(speeds: ArrayLike) -> Real:
+        A, B, C, _ = whole.stack(speeds)
+        static = inverse_transfer(A, B, C, np.zeros(np.shape(speeds))).real
+        if static.shape[-1] == 1:
+            return static[..., 0, 0] + stiffness
+        return np.asarray(np.linalg.det(static + stiffness * np.eye(static.shape[-1])))
 
-    A, b = family.stack(speeds)
-    values = inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real + stiffness
-    values[np.abs(values) < 1e-12 * max(1.0, abs(stiffness))] = 0.0
+    room = max(1.0, abs(stiffness))
+    values = balance(speeds)
+    values[np.abs(values) < 1e-12 * room] = 0.0
     for i in np.nonzero(values[:-1] * values[1:] < 0)[0]:
-        speed = bracketed_root(balance, float(speeds[i]), float(speeds[i + 1]))
-        if abs(balance(speed)) < 1e-6 * max(1.0, abs(stiffness)):  # not a pole of 1/G(0)
+        speed = bracketed_root(lambda U: float(balance(U)), float(speeds[i]), float(speeds[i + 1]))
+        if abs(balance(speed)) < 1e-6 * room:  # not a pole of 1/G(0)
             return speed
     return None

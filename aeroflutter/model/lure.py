@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -426,12 +426,17 @@ class _Matrices:
         return A, b[..., None], C, np.zeros(b.shape)
 
 
-def as_system(system: System | LureSystem) -> System:
+AnySystem: TypeAlias = System | LureSystem
+AnyFamily: TypeAlias = Family | LureFamily
+"""Systems and families, given by matrices or, with one spring, by vectors."""
+
+
+def as_system(system: AnySystem) -> System:
     """The system itself, whether it is given by matrices or, with one spring, by vectors."""
     return system.system if isinstance(system, LureSystem) else system
 
 
-def as_family(family: Family | LureFamily) -> Family:
+def as_family(family: AnyFamily) -> Family:
     """The family itself, whether its systems are given by matrices or, with one spring, by vectors.
 
     A LureFamily is known by its row ``c``.

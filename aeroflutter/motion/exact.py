@@ -7,24 +7,35 @@ round-off, and the end state is certified (`endstates`). What is sampled is comp
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.model.coordinates import named_rows
 from aeroflutter.motion._kernel_flow import DONE, FULL, OVERFLOW, STUCK
 from aeroflutter.motion.endstates import EndOptions, EndState, end_state
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.march import LOG, March
 from aeroflutter.motion.response import MOST_SAMPLES, Response, traces
 from aeroflutter.motion.settling import Verdict, Watch, closed_slopes, period_range
+from aeroflutter.motion.swings import (
+    Swing,
+    cycle_extremes,
+    rest_extremes,
+    rows_of,
+    swings_of,
+    unknown,
+)
+from aeroflutter.springs import each
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.lure import AnySystem
     from aeroflutter.motion.response import SimulateOptions
-    from aeroflutter.springs import Spring
+    from aeroflutter.springs import Spring, Springs
 
     Array = NDArray[np.float64]
 
@@ -37,7 +48,7 @@ KINDS = "1 lower edge of a piece, 2 upper edge, 3 pitch turns on a flat"
 
 
 def march(
-    system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
+    system: AnySystem, spring: Springs, state: Array, memory: Any, options: SimulateOptions
 ) -> Response:
     """March from switch to switch; see `motion.response.simulate`.
 
@@ -52,26 +63,54 @@ def march(
     InputError
         If the spring is not piecewise linear.
     """
-    flow = _flow(system, spring, options.step_cap)
+    springs = each(spring)
+    flow = _flow(system, springs, options.step_cap)
     if options.criteria == "thesis":
-        return _watched(flow, spring, state, memory, options)
+        return _watched(flow, springs[0], state, memory, options)
     longest = LONGEST if options.duration is None and options.decide else options.limit
     limits = EndOptions(cycles=options.cycles, growth=options.growth, duration=longest)
     end = end_state(flow, state, memory, limits)
     until = min(end.time, longest) if options.decide else longest
     if options.record:
         until = max(until, min(LEAST, longest))
-    trace = _Trace(flow, spring, state, memory, options, until)
+    trace = _Trace(flow, springs, state, memory, options, until)
     if not options.record:
         trace.jump(end, until)
     trace.go(until)
-    return trace.response(end.state, end.reason, **_measures(end))
+    coordinates, moving = _swings(flow, end, trace)
+    return trace.response(
+        end.state, end.reason, coordinates=coordinates, springs=moving, **_measures(end)
+    )
 
 
 @lru_cache(maxsize=16)
-def _flow(system: LureSystem, spring: Spring, step_cap: float | None) -> Flow:
+def _flow(system: AnySystem, springs: tuple[Spring, ...], step_cap: float | None) -> Flow:
     """Shared by all marches of one system (systems are equal only to themselves)."""
-    return Flow(system, [spring], step_cap)
+    return Flow(system, springs, step_cap)
+
+
+def _swings(flow: Flow, end: EndState, trace: _Trace) -> tuple[tuple[Swing, ...], ...]:
+    """How far coordinates and springs move: on the cycle, at rest, or at the end of the record."""
+    if end.cycle is not None:
+        low, high = cycle_extremes(flow, end.cycle.z[0], end.period)
+    elif end.state == "damped":
+        memory = np.atleast_1d(end.final_memory)
+        low, high = rest_extremes(flow, end.final_state, memory, end.rest)
+    elif end.state == "divergent" or not trace.march.filled:
+        low, high = unknown(flow.system)
+    else:
+        kept = trace.march.states[: trace.march.filled] @ rows_of(flow.system).T
+        last = kept[-max(2, len(kept) // 5) :]
+        low, high = last.min(axis=0), last.max(axis=0)
+    found = swings_of(flow.system, low, high)
+    if end.state != "divergent":  # what the end state says of the first spring is exact
+        exact: Any = {"amplitude": end.amplitude, "bias": end.bias}
+        alike = [np.array_equal(one.row, flow.C[0]) for one in named_rows(flow.system)]
+        found = (
+            [one._replace(**exact) if so else one for one, so in zip(found[0], alike, strict=True)],
+            [found[1][0]._replace(**exact), *found[1][1:]],
+        )
+    return tuple(map(tuple, found))
 
 
 def _measures(end: EndState) -> dict[str, Any]:
@@ -92,13 +131,13 @@ class _Trace:
     def __init__(
         self,
         flow: Flow,
-        spring: Spring,
+        springs: Sequence[Spring],
         state: Array,
-        memory: float,
+        memory: Any,
         options: SimulateOptions,
         until: float,
     ) -> None:
-        self.flow, self.spring, self.options, self.until = flow, spring, options, until
+        self.flow, self.springs, self.options, self.until = flow, springs, options, until
         spacing = options.dt * (1 + int(until / options.dt) // MOST_SAMPLES)
         count = 1 + int(until / spacing * (1.0 + 1e-12)) if options.record else 0
         turns = options.record or options.criteria == "thesis"
@@ -133,27 +172,29 @@ class _Trace:
 
     def response(self, state: Any, reason: str, **measures: Any) -> Response:
         """The result, once the march is over."""
-        march, spring, system = self.march, self.spring, self.flow.system
+        march, system = self.march, self.flow.system
         if self.status == OVERFLOW:
             reason += f"; the march overflowed at tau = {march.time:g} and ends there"
         elif self.status == STUCK:
             reason += f"; the march came to a standstill at tau = {march.time:g}"
         time, states = march.times[: march.filled], march.states[: march.filled]
         point, memory = march.point(), march.memory[: march.filled, 0]
-        last = float(point.memory[0])
-        if not self.flow.memory[0]:  # static, or a loop without height or width
-            memory = np.asarray(spring.advance(memory, states @ system.c))
-            last = float(spring.advance(last, float(system.c @ point.x)))
+        last = point.memory
+        for i, (spring, row) in enumerate(zip(self.springs, self.flow.C, strict=True)):
+            if not self.flow.memory[i]:  # static, or a loop without height or width
+                last[i] = spring.advance(last[i], float(row @ point.x))
+        if not self.flow.memory[0]:
+            memory = np.asarray(self.springs[0].advance(memory, states @ self.flow.C[0]))
         return Response(
             state=state,
             reason=reason,
             engine="exact",
             duration=march.time,
             final_state=point.x,
-            final_memory=last,
+            final_memory=float(last[0]) if last.size == 1 else last,
             events=np.concatenate(self.events) if self.events else np.empty((0, 2)),
             **measures,
-            **traces(system, spring, time, states, memory),
+            **traces(system, self.springs[0], time, states, memory),
         )
 
 
@@ -165,7 +206,7 @@ def _watched(
     _, longest = period_range(system, closed_slopes(simple, float(system.c @ state)))
     window = max(PERIODS_A_WINDOW * np.nan_to_num(longest), LEAST)
     watch = Watch.over(system, simple, state, options, 0.0, 0.0)
-    trace = _Trace(flow, spring, state, memory, options, options.limit)
+    trace = _Trace(flow, [spring], state, memory, options, options.limit)
     verdict: Verdict | None = None
     while trace.march.time < options.limit and not (verdict and options.decide):
         begin = float(system.c @ trace.march.point().x)

@@ -15,19 +15,21 @@ Angles are radians, times are the nondimensional τ = V t / b.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from aeroflutter.errors import InputError
+from aeroflutter.model.lure import as_system
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.motion.swings import Swing
+    from aeroflutter.springs import Spring, Springs
 
 __all__ = [
     "ENGINES",
@@ -67,7 +69,8 @@ class Initial:
         All states at once, shape (n,), in the order of the system; for systems from elsewhere,
         and to go on from the end of another run. Excludes those above.
     memory
-        Memory of the spring; None takes `spring.initial_memory(c x)`.
+        Memory of the spring, or of each of several, shape (m,), any number for one that has none;
+        None takes `spring.initial_memory(c x)`.
     """
 
     alpha: float = 0.0
@@ -77,7 +80,7 @@ class Initial:
     beta: float = 0.0
     beta_rate: float = 0.0
     state: ArrayLike | None = None
-    memory: float | None = None
+    memory: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         problems = [
@@ -85,7 +88,7 @@ class Initial:
             for name in MOTION
             if not np.isfinite(getattr(self, name))
         ]
-        if self.memory is not None and not np.isfinite(self.memory):
+        if self.memory is not None and not np.all(np.isfinite(np.asarray(self.memory, float))):
             problems.append(f"initial.memory: {self.memory!r} is not finite; give a number or none")
         if self.state is not None:
             if not np.all(np.isfinite(np.asarray(self.state, dtype=float))):
@@ -95,7 +98,7 @@ class Initial:
         if problems:
             raise InputError(problems)
 
-    def vector(self, system: LureSystem) -> NDArray[np.float64]:
+    def vector(self, system: AnySystem) -> NDArray[np.float64]:
         """State of `system` at τ = 0, shape (n,).
 
         Raises
@@ -127,13 +130,36 @@ class Initial:
             raise InputError(missing)
         return state
 
-    def start(self, system: LureSystem, spring: Spring) -> tuple[NDArray[np.float64], float]:
-        """Initial state (n,) and spring memory, the memory made to fit the initial pitch."""
+    def start(self, system: AnySystem, spring: Springs) -> tuple[NDArray[np.float64], Any]:
+        """Initial state (n,) and memory, made to fit the initial pitch.
+
+        The memory is a number, or where there is a sequence of springs one of each, (m,).
+
+        Raises
+        ------
+        InputError
+            If the motion does not fit the system, or the memories the springs.
+        """
         state = self.vector(system)
-        pitch = float(system.c @ state)
-        if self.memory is not None:
-            return state, float(spring.advance(self.memory, pitch))
-        return state, float(spring.initial_memory(pitch))
+        if not isinstance(spring, Sequence):
+            return state, self._held(spring, float(as_system(system).C[0] @ state), self.memory)
+        given = [None] * len(spring) if self.memory is None else np.atleast_1d(self.memory)
+        if len(given) != len(spring):
+            raise InputError(
+                f"initial.memory: needs {len(spring)} numbers, one a spring, not {len(given)}"
+            )
+        pitches = as_system(system).C @ state
+        held = [
+            self._held(one, float(y), memory)
+            for one, y, memory in zip(spring, pitches, given, strict=True)
+        ]
+        return state, np.array(held)
+
+    @staticmethod
+    def _held(spring: Spring, pitch: float, memory: Any) -> float:
+        if memory is None:
+            return float(spring.initial_memory(pitch))
+        return float(spring.advance(float(np.squeeze(memory)), pitch))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,15 +281,20 @@ class Response:
     rest
         Pitch at which a damped motion comes to rest, rad; NaN otherwise.
     time, pitch, heave, moment, memory
-        Uniform samples, shape (m,): τ, rad, h/b (NaN if the system has no such state), restoring
-        moment (rad of the unit spring) and memory of the spring (rad).
+        Uniform samples, shape (m,): τ, y of the first spring (rad, pitch where it is in pitch), h/b
+        (NaN if the system has no such state), that spring's moment (rad of the unit spring) and
+        its memory (rad).
     states
         The same samples of all states, shape (m, n).
     final_state, final_memory
-        Where the run ended, shape (n,): the start of a run that goes on from there.
+        Where the run ended, shape (n,), and the memory there, of several springs (m,): the start
+        of a run that goes on from there.
     events
         Shape (k, 2): time and kind of what happened; the meaning of the kinds is in
         `extras["event_kinds"]`.
+    coordinates, springs
+        How far every named coordinate moves, and every spring, see `Swing`; over the same stretch
+        as `amplitude` and `bias`, which are those of the first spring.
     extras
         What only one engine knows.
     """
@@ -285,25 +316,28 @@ class Response:
     states: NDArray[np.float64] = field(default_factory=lambda: _empty(0, 0), repr=False)
     state_names: tuple[str, ...] = ()
     final_state: NDArray[np.float64] = field(default_factory=lambda: _empty(0), repr=False)
-    final_memory: float = 0.0
+    final_memory: Any = 0.0
     events: NDArray[np.float64] = field(default_factory=lambda: _empty(0, 2), repr=False)
+    coordinates: tuple[Swing, ...] = field(default=(), repr=False)
+    springs: tuple[Swing, ...] = field(default=(), repr=False)
     extras: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
 
 def simulate(
-    system: LureSystem,
-    spring: Spring,
+    system: AnySystem,
+    spring: Springs,
     initial: Initial | None = None,
     options: SimulateOptions | None = None,
 ) -> Response:
-    """March a Lur'e system in time and say how its motion ends.
+    """March a system in time and say how its motion ends.
 
     Parameters
     ----------
     system
-        x' = A x - b F(c x) at one speed.
+        x' = A x - b F(c x) at one speed, or x' = A x - B F(C x).
     spring
-        The restoring moment F, possibly with memory.
+        The restoring moment F, possibly with memory; of several springs a sequence, one a column
+        of B.
     initial
         Motion at τ = 0; at rest where it says nothing.
     options
@@ -329,20 +363,30 @@ def simulate(
     >>> simulate(system, spring, Initial(alpha=0.1)).state
     'lco'
     """
+    from aeroflutter.springs import alone
+
     initial = initial or Initial()
     options = options or SimulateOptions()
+    spring = alone(spring)
     state, memory = initial.start(system, spring)
     return _engine(spring, options)(system, spring, state, memory, options)
 
 
-def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]:
+def _engine(spring: Springs, options: SimulateOptions) -> Callable[..., Response]:
     """The `march` of the engine that fits; each is imported only when it is wanted."""
-    from aeroflutter.springs import straight
+    from aeroflutter.springs import each, straight
 
     engine: Any
+    if isinstance(spring, Sequence) and (
+        options.engine == "houbolt" or options.criteria == "thesis"
+    ):
+        raise InputError(
+            f"engine: Houbolt's scheme and the thesis's criteria take one spring, not "
+            f"{len(spring)}; use engine exact"
+        )
     if options.engine == "houbolt":
         from aeroflutter.motion import houbolt as engine
-    elif straight(spring):
+    elif all(map(straight, each(spring))):
         from aeroflutter.motion import exact as engine
     else:
         from aeroflutter.motion import smooth as engine
@@ -351,7 +395,7 @@ def _engine(spring: Spring, options: SimulateOptions) -> Callable[..., Response]
 
 
 def traces(
-    system: LureSystem,
+    system: AnySystem,
     spring: Spring,
     time: NDArray[np.float64],
     states: NDArray[np.float64],
@@ -363,12 +407,15 @@ def traces(
     ----------
     time, states, memory
         Samples, shapes (m,), (m, n) and (m,).
+    spring
+        The first one.
     """
-    names = tuple(system.state_names)
+    whole = as_system(system)
+    names = whole.state_names
     if time.size == 0:
         return {"states": states, "state_names": names}
     with np.errstate(over="ignore", invalid="ignore"):
-        pitch = states @ system.c
+        pitch = states @ whole.C[0]
         moment = np.asarray(spring.moment(pitch, memory))
     heave = states[:, names.index("xi")] if "xi" in names else np.full(time.size, np.nan)
     return {

@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aeroflutter.errors import InputError
+from aeroflutter.model.lure import as_system
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
+from aeroflutter.springs import each
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from aeroflutter.model.lure import LureFamily, LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnyFamily, AnySystem
+    from aeroflutter.model.system import System
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
@@ -79,8 +82,8 @@ class Sweep:
 
 
 def sweep(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speeds: ArrayLike,
     initial: Initial | None = None,
     options: SimulateOptions | None = None,
@@ -141,8 +144,8 @@ def sweep(
 
 
 def there_and_back(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speeds: ArrayLike,
     initial: Initial | None = None,
     options: SimulateOptions | None = None,
@@ -169,26 +172,31 @@ def there_and_back(
     return out, sweep(family, spring, turned, begin, halves[1], kick)
 
 
-def _carried(last: Response, system: LureSystem, spring: Spring, kick: float = 0.0) -> Initial:
+def _carried(last: Response, system: AnySystem, spring: Springs, kick: float = 0.0) -> Initial:
     """The end of one run as the start of the next: at rest, if it was to come to rest."""
-    state, memory = last.final_state.copy(), last.final_memory
+    whole, springs = as_system(system), each(spring)
+    state, memory = last.final_state.copy(), np.array(last.final_memory, dtype=float, ndmin=1)
     if last.state == "damped":
-        memory = float(spring.advance(memory, last.rest))
-        state = _equilibrium(system, last.rest, float(spring.moment(last.rest, memory)), state)
+        rests = [last.rest, *(one.bias for one in last.springs[1:])]
+        moments = np.empty(len(springs))
+        for i, (one, rest) in enumerate(zip(springs, rests, strict=True)):
+            memory[i] = one.advance(memory[i], rest)
+            moments[i] = one.moment(rest, memory[i])
+        state = _equilibrium(whole, np.array(rests), moments, state)
     if kick and "alpha_rate" in last.state_names:
         state[last.state_names.index("alpha_rate")] += kick
     elif kick:
-        state += kick * system.c
+        state += kick * whole.C[0]
     return Initial(state=state, memory=memory)
 
 
-def _equilibrium(system: LureSystem, rest: float, moment: float, near: Array) -> Array:
-    """State at rest at y = `rest` under the spring's moment there, the nearest to `near`.
+def _equilibrium(system: System, rests: Array, moments: Array, near: Array) -> Array:
+    """State at rest at y = `rests` under the springs' moments there, the nearest to `near`.
 
-    A x = b F and c x = y; of a state that neither fixes (a free coordinate) the value is kept.
+    A x + d = B F and C x = y; of a state that neither fixes (a free coordinate) the value is kept.
     """
-    rows = np.vstack((system.A, system.c))
-    wanted = np.append(system.b * moment, rest)
+    rows = np.vstack((system.A, system.C))
+    wanted = np.append(system.B @ moments - system.load, rests)
     return np.asarray(near + np.linalg.lstsq(rows, wanted - rows @ near, rcond=None)[0])
 
 

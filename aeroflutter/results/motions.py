@@ -18,6 +18,7 @@ from aeroflutter.results.schema import (
     layout,
     within,
 )  # fmt: skip
+from aeroflutter.results.swings import SWINGS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,6 +37,7 @@ RESPONSE = layout(
     "reason amplitude bias first_harmonic period",
     Value("k", lambda one: 2.0 * np.pi / one.period),
     "rest duration",
+    *SWINGS,
     *bulk("extras"),
     *bulk("time pitch heave moment memory", along=("time",)),
     *bulk("states events state_name=state_names"),

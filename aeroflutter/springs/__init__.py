@@ -3,6 +3,7 @@
 from aeroflutter.springs.base import Describing, Pieces, PiecewiseLinear, Spring, respond
 from aeroflutter.springs.hysteresis import Hysteresis
 from aeroflutter.springs.piece_table import PieceTable
+from aeroflutter.springs.several import Springs, alone, each
 from aeroflutter.springs.simplify import simplify, straight
 from aeroflutter.springs.static import Bilinear, Cubic, Freeplay, Linear, Table
 
@@ -17,7 +18,10 @@ __all__ = [
     "Pieces",
     "PiecewiseLinear",
     "Spring",
+    "Springs",
     "Table",
+    "alone",
+    "each",
     "respond",
     "simplify",
     "straight",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
-from aeroflutter.model.lure import LureFamily, LureSystem
+from aeroflutter.model.lure import AnyFamily, AnySystem
 from aeroflutter.motion.response import Initial
 from aeroflutter.studies.maps import Axis, Grid, Group
 from aeroflutter.studies.maps.cells import started
@@ -93,7 +93,7 @@ class CaseCells:
                 whole = whole or _started(np.arange(x.size), case, system, points)
                 yield whole.part(index, system)
 
-    def _system(self, at: Mapping[str, float]) -> tuple[Case, LureSystem]:
+    def _system(self, at: Mapping[str, float]) -> tuple[Case, AnySystem]:
         changed = tuple((key, value) for key, value in at.items() if key not in SPEEDS)
         case, family, flutter = changed_case(self.text, self.source, changed)
         name, value = next(
@@ -112,12 +112,12 @@ class CaseCells:
 
 
 def _started(
-    index: NDArray[np.int64], case: Case, system: LureSystem, points: Mapping[str, Array]
+    index: NDArray[np.int64], case: Case, system: AnySystem, points: Mapping[str, Array]
 ) -> Group:
     """The cells at these places, which have the case in common."""
     varied = {MOTION[key]: _native(key, points[key][index]) for key in points if key in MOTION}
     initial = Initial(**{**case.initial._asdict(), **dict.fromkeys(varied, 0.0)})
-    return started(index, system, case.spring, initial, varied)
+    return started(index, system, case.loop()[1], initial, varied)
 
 
 def _alike(columns: list[Array], count: int) -> list[NDArray[np.int64]]:
@@ -141,14 +141,14 @@ def _native(key: str, values: Array) -> Array:
 @functools.lru_cache(maxsize=4096)
 def changed_case(
     text: str, source: str, changed: tuple[tuple[str, float], ...]
-) -> tuple[Case, LureFamily, Callable[[], float]]:
+) -> tuple[Case, AnyFamily, Callable[[], float]]:
     """The changed case, its family, and its linear flutter speed as a function, computed once."""
     case = load_case(parse_case(text, source), dict(changed))
-    family = case.family()
+    family, _ = case.loop()
     return case, family, functools.cache(functools.partial(_flutter, case, family))
 
 
-def _flutter(case: Case, family: LureFamily) -> float:
+def _flutter(case: Case, family: AnyFamily) -> float:
     from aeroflutter.linear.rootlocus import flutter_speed
 
     speed = flutter_speed(family)

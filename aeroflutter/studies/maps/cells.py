@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
-from aeroflutter.model.lure import LureFamily, LureSystem
+from aeroflutter.model.lure import AnyFamily, AnySystem, as_family, as_system
 from aeroflutter.motion.response import Initial
-from aeroflutter.springs import Spring
+from aeroflutter.springs import Spring, Springs, alone, each
 from aeroflutter.studies.maps.grid import Grid
 
 __all__ = ["Cells", "Group", "SpeedPitch"]
@@ -30,18 +30,18 @@ class Group:
     index
         Places of the cells among the points asked for, (m,).
     system, spring
-        What all of them are.
+        What all of them are; several springs are a tuple.
     states, memory
-        Where they start, (m, n) and (m,).
+        Where they start, (m, n) and (m,), or with several springs (m, springs).
     """
 
     index: NDArray[np.int64]
-    system: LureSystem
-    spring: Spring
+    system: AnySystem
+    spring: Spring | tuple[Spring, ...]
     states: Array
     memory: Array
 
-    def part(self, index: NDArray[np.int64], system: LureSystem) -> Group:
+    def part(self, index: NDArray[np.int64], system: AnySystem) -> Group:
         """Some of the cells, at another airspeed."""
         return Group(index, system, self.spring, self.states[index], self.memory[index])
 
@@ -79,9 +79,9 @@ class SpeedPitch:
 
     Parameters
     ----------
-    family : LureFamily
+    family : Family or LureFamily
         The linear model at every speed.
-    spring : Spring
+    spring : Spring, or a sequence of them
     grid : Grid
         Speeds U* (key "speed") or, with a reference, their ratios to it (key "speed_ratio");
         initial pitches in degrees.
@@ -96,8 +96,8 @@ class SpeedPitch:
         If a speed is not positive or the system has no pitch to start from.
     """
 
-    family: LureFamily
-    spring: Spring
+    family: AnyFamily
+    spring: Springs
     grid: Grid
     reference: float = 1.0
     initial: Initial = field(default_factory=Initial)
@@ -127,11 +127,12 @@ class SpeedPitch:
 
     def identity(self) -> dict[str, Any]:
         """The matrices at every speed, the spring and the motion at τ = 0."""
-        A, b = self.family.stack(self.grid.x.values * self.reference)
-        digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in (A, b)))
+        A, B, C, _ = as_family(self.family).stack(self.grid.x.values * self.reference)
+        parts = (A, B[..., 0]) if B.shape[-1] == 1 else (A, B, C)
+        digest = hashlib.sha256(b"".join(np.ascontiguousarray(part).tobytes() for part in parts))
         return {
             "model": digest.hexdigest(),
-            "spring": repr(self.spring),
+            "spring": repr(alone(self.spring)),
             "initial": repr(self.initial),
             "reference": self.reference,
         }
@@ -139,8 +140,8 @@ class SpeedPitch:
 
 def started(
     index: NDArray[np.int64],
-    system: LureSystem,
-    spring: Spring,
+    system: AnySystem,
+    spring: Springs,
     initial: Initial,
     varied: Mapping[str, Array],
 ) -> Group:
@@ -167,12 +168,25 @@ def started(
     states[:] = initial.vector(system)
     for name, values in varied.items():
         states[:, names.index(name)] = values
-    pitch = states @ system.c
-    if initial.memory is None:
-        memory = spring.initial_memory(pitch)
-    else:
-        memory = spring.advance(np.full(index.size, initial.memory), pitch)
-    return Group(index, system, spring, states, np.asarray(memory, dtype=float))
+    return Group(index, system, alone(spring), states, _memories(system, spring, initial, states))
+
+
+def _memories(system: AnySystem, spring: Springs, initial: Initial, states: Array) -> Array:
+    """Memory of the spring in every cell, (m,), or of each of several, (m, springs)."""
+    springs, outputs = each(spring), states @ as_system(system).C.T
+    given = [None] * len(springs) if initial.memory is None else np.ravel(initial.memory)
+    if len(given) != len(springs):
+        raise InputError(
+            f"initial.memory: needs {len(springs)} numbers, one a spring, not {len(given)}"
+        )
+    columns = [
+        one.initial_memory(y)
+        if memory is None
+        else one.advance(np.full(len(states), float(memory)), y)
+        for one, memory, y in zip(springs, given, outputs.T, strict=True)
+    ]
+    memory = np.column_stack(columns).astype(float)
+    return memory[:, 0] if len(springs) == 1 else memory
 
 
 def axis_identity(grid: Grid) -> Mapping[str, Any]:

@@ -5,14 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from itertools import groupby, islice
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.errors import InputError
 from aeroflutter.motion.response import STATES, SimulateOptions
-from aeroflutter.springs import straight
+from aeroflutter.springs import each, straight
 from aeroflutter.studies.maps.cells import Group
+
+if TYPE_CHECKING:
+    from aeroflutter.motion.endstates import EndOptions
+    from aeroflutter.motion.flow import Flow
 
 __all__ = ["FAILED", "MARCH", "Ends", "decide", "decide_all", "march_identity"]
 
@@ -69,7 +74,7 @@ def decide_all(groups: Iterable[Group], options: SimulateOptions) -> Iterator[tu
     The exact engine makes the flows of groups with one spring ready together.
     """
     for spring, alike in groupby(groups, key=lambda group: group.spring):
-        exact = straight(spring)
+        exact = all(map(straight, each(spring)))
         if options.engine == "exact" and exact:
             for batch in _batches(alike, TOGETHER):
                 yield from _exact(batch, options)
@@ -94,21 +99,38 @@ def _exact(groups: list[Group], options: SimulateOptions) -> Iterator[tuple[Grou
         growth=options.growth,
         duration=options.limit,
     )
-    flows = Flow.many([group.system for group in groups], [groups[0].spring], options.step_cap)
+    springs = each(groups[0].spring)
+    flows = Flow.many([group.system for group in groups], springs, options.step_cap)
     for flow, group in zip(flows, groups, strict=True):
+        if flow.m > 1:
+            yield group, _together(flow, group, limits)
+            continue
         found = decide_cells(flow, group.states, group.memory, limits)
         yield group, Ends(found.state.astype(np.int8), *found[1:])
+
+
+def _together(flow: Flow, group: Group, limits: EndOptions) -> Ends:
+    """The cells of several springs, those of one column sharing the cycles that they find."""
+    from aeroflutter.motion.endstates import end_states
+
+    found = end_states(flow, group.states, group.memory, limits, share=True)
+    return Ends(
+        found.state.astype(np.int8), found.amplitude, found.bias, found.period, found.rest,
+        found.time,
+    )  # fmt: skip
 
 
 def _one_by_one(group: Group, options: SimulateOptions, exact: bool) -> Ends:
     from aeroflutter.motion import houbolt, smooth
 
-    engine = houbolt if exact or options.engine == "houbolt" else smooth
+    if options.engine == "houbolt" and len(each(group.spring)) > 1:
+        raise InputError("engine: Houbolt's scheme takes one spring; use engine exact")
+    engine: Any = houbolt if exact or options.engine == "houbolt" else smooth
     ends = Ends(
         np.zeros(group.index.size, dtype=np.int8), *(np.empty(group.index.size) for _ in range(5))
     )
     for i, (state, memory) in enumerate(zip(group.states, group.memory, strict=True)):
-        found = engine.march(group.system, group.spring, state, float(memory), options)
+        found = engine.march(group.system, group.spring, state, memory, options)
         ends.state[i] = STATES.index(found.state)
         ends.amplitude[i], ends.bias[i] = found.amplitude, found.bias
         ends.period[i], ends.rest[i], ends.time[i] = found.period, found.rest, found.duration
