@@ -17,8 +17,9 @@ from derive.modules import (
     quasi_steady_module,
     section_module,
 )
-from derive.proofs import emitted, flap, houbolt, section, springs
+from derive.proofs import emitted, flap, houbolt, section, springs, switched
 from derive.report import report
+from derive.switched_module import switched_module
 
 ROOT = Path(__file__).resolve().parents[1]
 PROOFS = {
@@ -26,6 +27,7 @@ PROOFS = {
     "flap": flap.PROOFS,
     "indicial": indicial.PROOFS,
     "springs": springs.PROOFS,
+    "switched": switched.PROOFS,
     "houbolt": houbolt.PROOFS,
 }
 
@@ -53,6 +55,7 @@ def build() -> dict[str, str]:
             SECTION_WITH_FLAP, quasi_steady(with_flap), laplace=False
         ),
         "describing": describing_module(),
+        "switched": switched_module(),
         "houbolt": houbolt_module(),
         "indicial": indicial_module(),
     }
@@ -64,6 +67,7 @@ def build() -> dict[str, str]:
         modules["flap_quasi_steady"], SECTION_WITH_FLAP, quasi_steady(with_flap)
     )
     emitted.check_describing(modules["describing"])
+    emitted.check_switched(modules["switched"])
     emitted.check_houbolt(modules["houbolt"])
     return {
         "generated/__init__.py": render("init.py.j2"),

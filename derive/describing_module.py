@@ -15,7 +15,7 @@ _FIELDS = ("F0", "n_p", "n_q", "dF0_dA", "dF0_dB", "dn_p_dA", "dn_p_dB", "dn_q_d
 _PAIR = (d.NamedCorner("lower"), d.NamedCorner("upper"))
 
 
-def _form(harmonics: d.Harmonics, derivatives: dict[str, sp.Expr]) -> SimpleNamespace:
+def emitted_form(harmonics: d.Harmonics, derivatives: dict[str, sp.Expr]) -> SimpleNamespace:
     """Assignments of what is not a number, and the nine results in their order."""
     results = {"F0": harmonics.F0, "n_p": harmonics.n_p, "n_q": harmonics.n_q, **derivatives}
     results = {name: sp.factor_terms(value) for name, value in results.items()}
@@ -44,7 +44,7 @@ def _static(law: d.StaticLaw) -> SimpleNamespace:
         return sp.collect(plain, loss, sp.factor_terms)
 
     results = {name: emitted(value) for name, value in results.items()}
-    return _form(d.Harmonics(*(results.pop(name) for name in ("F0", "n_p", "n_q"))), results)
+    return emitted_form(d.Harmonics(*(results.pop(name) for name in ("F0", "n_p", "n_q"))), results)
 
 
 def _static_corners(law: d.StaticLaw) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
@@ -63,7 +63,7 @@ def _hysteresis() -> SimpleNamespace:
     derivatives = d.derivatives(form, (d.LOOP,), (d.TOP, d.BOTTOM))
     for name in ("dn_q_dA", "dn_q_dB"):
         derivatives[name] = by_size(derivatives[name])
-    return _form(d.Harmonics(form.F0, form.n_p, by_size(form.n_q)), derivatives)
+    return emitted_form(d.Harmonics(form.F0, form.n_p, by_size(form.n_q)), derivatives)
 
 
 def _hysteresis_corners() -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
@@ -106,8 +106,8 @@ def describing_module() -> str:
         loop_signs=_weights(d.CORNER_SIGNS),
         corner=SimpleNamespace(values=pairs(("even", "odd")), derivatives=pairs(partial)),
         linear=_static(d.LINEAR),
-        cubic=_form(cubic, d.derivatives(cubic, ())),
-        piecewise=_form(piecewise, d.derivatives(piecewise, (d.CORNERS,))),
+        cubic=emitted_form(cubic, d.derivatives(cubic, ())),
+        piecewise=emitted_form(piecewise, d.derivatives(piecewise, (d.CORNERS,))),
         bilinear=_static(d.BILINEAR),
         bilinear_corners=_static_corners(d.BILINEAR),
         freeplay=_static(d.FREEPLAY),

@@ -10,6 +10,7 @@ import sympy as sp
 from derive import describing as d
 from derive import houbolt as h
 from derive import indicial as indicial_fits
+from derive import switched as w
 from derive import symbols as s
 from derive.coalescence import coalescence
 from derive.configuration import TYPICAL_SECTION
@@ -184,6 +185,33 @@ def _describing() -> dict[str, Any]:
             "hysteresis": named(d.hysteresis()),
         },
         "loop_offsets": d.hysteresis_corners(),
+        **_switched(),
+    }
+
+
+def _switched() -> dict[str, Any]:
+    letters = (("angle", "g"), ("gamma", "gamma"), ("root", "c"))
+    names = {
+        crossing.symbol(part): sp.Symbol(f"{letter}_{i}")
+        for i, crossing in enumerate((w.UPPER, w.LOWER, w.TAKEN), start=1)
+        for part, letter in letters
+    }
+    short = {w.MOMENT: "M", w.WIDTH: "w", w.FRICTION: "f", w.PER: "p"}
+    names |= {symbol: sp.Symbol(letter) for symbol, letter in short.items()}
+    laws = {
+        "relay": w.form(w.relay_segments(), w.relay_gammas(), (d.BIAS, w.WIDTH)),
+        "play": w.form(w.play_segments(), w.play_gammas(), (d.DELTA_V,)),
+        "friction": w.form(w.friction_segments(), {}),
+    }
+    return {
+        "highest": w.HIGHEST,
+        "switched": {
+            law: [
+                (label, sp.sympify(form[name]).subs(names))
+                for label, name in (("F_0", "F0"), ("n_p", "n_p"), ("n_q", "n_q"))
+            ]
+            for law, form in laws.items()
+        },
     }
 
 

@@ -16,7 +16,20 @@ from aeroflutter.case.source import parse_override
 from aeroflutter.case.template import template
 from aeroflutter.errors import InputError
 from aeroflutter.model.aerodynamics import QuasiSteady, Wagner
-from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Table
+from aeroflutter.springs import (
+    Bilinear,
+    Cubic,
+    DeadZone,
+    Freeplay,
+    Friction,
+    Hysteresis,
+    Linear,
+    Play,
+    Polynomial,
+    Relay,
+    Saturation,
+    Table,
+)
 
 DEGREE = math.pi / 180
 SECTION = "[section]\nomega_bar = 0.8\n"
@@ -119,6 +132,12 @@ SPRINGS = {
     'kind = "hysteresis"\ndelta_v_deg = 1\ndelta_h_deg = 2\nv_off_deg = 3\nh_off_deg = 4': (
         Hysteresis(DEGREE, 2 * DEGREE, 3 * DEGREE, 4 * DEGREE)
     ),
+    'kind = "polynomial"\nbeta = [1, -0.5, 3]': Polynomial((1.0, -0.5, 3.0)),
+    'kind = "saturation"\nlimit_deg = 2': Saturation(2 * DEGREE),
+    'kind = "dead-zone"\ngap_deg = 2\nslope = 0.5': DeadZone(2 * DEGREE, 0.5),
+    'kind = "relay"\nmoment_deg = 2\nwidth_deg = 0.5': Relay(2 * DEGREE, 0.5 * DEGREE),
+    'kind = "play"\ndelta_v_deg = 2': Play(2 * DEGREE),
+    'kind = "friction"\nfriction_deg = 0.5\nbeta1 = 0': Friction(0.5 * DEGREE, 0.0),
 }
 
 

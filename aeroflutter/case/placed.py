@@ -22,9 +22,18 @@ SPRINGS: dict[str, Callable[..., springs.Spring]] = {
     "bilinear": springs.Bilinear,
     "freeplay": springs.Freeplay,
     "hysteresis": springs.Hysteresis,
+    "polynomial": springs.Polynomial,
+    "saturation": springs.Saturation,
+    "dead-zone": springs.DeadZone,
+    "relay": springs.Relay,
+    "play": springs.Play,
+    "friction": springs.Friction,
 }
 
-_FIELDS = {"moment_deg": "moments", "displacement": "pitch", "force": "moments"}
+_FIELDS = {
+    "table": {"moment": "moments", "displacement": "pitch", "force": "moments"},
+    "relay": {"moment": "level"},
+}
 """Fields of springs that are not their key without `_deg`."""
 
 
@@ -112,7 +121,7 @@ def _law(
     names = [name for name in variants[kind].model_fields if name != "kind"]
     values = {name: value for name, value in table.values.items() if name in names}
     count = max((len(v) for v in values.values() if isinstance(v, list)), default=0)
-    stand_in = list(range(count)) if kind == "table" else 1.0
+    stand_in: Any = {"table": list(range(count)), "polynomial": [1.0]}.get(kind, 1.0)
     values |= {name: stand_in for name in names if name in table.wrong}
     rules = spring_rules(kind, angle=variants is schema.SPRINGS)
     table.problems += clashes(label, given, rules)
@@ -122,18 +131,21 @@ def _law(
             problem = f"is missing; give {about['allowed']} ({about['meaning']})"
             table.problems.append(f"{label}.{rule.into}: {problem}")
             values[rule.into] = 1.0  # so that the others are checked
-    keys = {_field(name): f"{label}.{name}" for name in names}
-    keys |= {_field(into): key for into, key in named(label, given, rules).items()}
+    keys = {_field(kind, name): f"{label}.{name}" for name in names}
+    keys |= {_field(kind, into): key for into, key in named(label, given, rules).items()}
     values = convert(values, rules)
     # Piecewise-linear laws are scale-free: built in degrees first, they complain in degrees.
-    table.build(SPRINGS[kind], {_field(n): value for n, value in values.items()}, keys)
+    table.build(SPRINGS[kind], {_field(kind, n): value for n, value in values.items()}, keys)
     if table.problems:
         return None, table
-    return SPRINGS[kind](**{_field(n): _radians(n, value) for n, value in values.items()}), table
+    return SPRINGS[kind](
+        **{_field(kind, n): _radians(n, value) for n, value in values.items()}
+    ), table
 
 
-def _field(key: str) -> str:
-    return _FIELDS.get(key, key.removesuffix("_deg"))
+def _field(kind: str, key: str) -> str:
+    bare = key.removesuffix("_deg")
+    return _FIELDS.get(kind, {}).get(bare, bare)
 
 
 def _radians(key: str, value: Any) -> Any:

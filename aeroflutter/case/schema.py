@@ -268,6 +268,56 @@ class HysteresisKeys(Table):
     h_off_deg: Number = key(NUMBER, "offset of the loop along the pitch axis, degrees", 0.0)
 
 
+class PolynomialKeys(Table):
+    """Polynomial F = beta_1 alpha + beta_2 alpha^2 + ... (radians)."""
+
+    kind: Literal["polynomial"] = "polynomial"
+    beta: list[Number] = key(
+        "a list of 1 to 16 numbers",
+        "coefficients from the first order on",
+        example="[1.0, 0.0, 3.0]",
+    )
+
+
+class SaturationKeys(Table):
+    """Saturation: a straight line up to a limit, constant beyond."""
+
+    kind: Literal["saturation"] = "saturation"
+    limit_deg: Number = key(POSITIVE, "pitch at which it saturates, degrees", example="1.0")
+    slope: Number = key(NUMBER, "slope below the limit", 1.0)
+
+
+class DeadZoneKeys(Table):
+    """Dead zone: no moment inside the gap, a slope outside."""
+
+    kind: Literal["dead-zone"] = "dead-zone"
+    gap_deg: Number = key(POSITIVE, "full width of the gap, degrees", example="1.0")
+    slope: Number = key(NUMBER, "slope outside the gap", 1.0)
+
+
+class RelayKeys(Table):
+    """Relay: a moment that jumps from one sign to the other."""
+
+    kind: Literal["relay"] = "relay"
+    moment_deg: Number = key(POSITIVE, "size of the moment, degrees", example="0.5")
+    width_deg: Number = key(NOT_NEGATIVE, "total width of the hysteresis, degrees", 0.0)
+
+
+class PlayKeys(Table):
+    """Play (backlash): an output that follows behind a slack."""
+
+    kind: Literal["play"] = "play"
+    delta_v_deg: Number = key(POSITIVE, "total slack, degrees", example="0.5")
+
+
+class FrictionKeys(Table):
+    """Coulomb friction beside a linear spring: it sticks."""
+
+    kind: Literal["friction"] = "friction"
+    friction_deg: Number = key(POSITIVE, "friction to either side, degrees", example="0.5")
+    beta1: Number = key(NUMBER, "slope of the spring beside it", 1.0)
+
+
 class Initial(Table):
     """`[initial]`: the motion at tau = 0."""
 
@@ -297,14 +347,21 @@ SPRINGS: dict[str, type[Table]] = {
     "bilinear": BilinearKeys,
     "freeplay": FreeplayKeys,
     "hysteresis": HysteresisKeys,
+    "polynomial": PolynomialKeys,
+    "saturation": SaturationKeys,
+    "dead-zone": DeadZoneKeys,
+    "relay": RelayKeys,
+    "play": PlayKeys,
+    "friction": FrictionKeys,
 }
 
 _NAMES_IN_HEAVE = {"pitch_deg": "displacement", "moment_deg": "force"}
 
 
-def name_in_heave(name: str) -> str:
+def name_in_heave(name: str, model: type[Table]) -> str:
     """Key of a spring in heave: it is no angle, so nothing is in degrees."""
-    return _NAMES_IN_HEAVE.get(name, name.removesuffix("_deg"))
+    renamed = _NAMES_IN_HEAVE if model is TableKeys else {}
+    return renamed.get(name, name.removesuffix("_deg"))
 
 
 def _in_heave(model: type[Table]) -> type[Table]:
@@ -314,7 +371,7 @@ def _in_heave(model: type[Table]) -> type[Table]:
         info = copy(field)
         words = (field.description or "").replace("degrees", "semi-chords")
         info.description = words.replace("pitch", "heave").replace("moment", "force")
-        fields[name_in_heave(name)] = (field.annotation, info)
+        fields[name_in_heave(name, model)] = (field.annotation, info)
     made: type[Table] = create_model(
         f"{model.__name__}InHeave", __base__=Table, __doc__=model.__doc__, **fields
     )

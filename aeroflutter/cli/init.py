@@ -9,7 +9,10 @@ from cyclopts import Parameter
 
 from aeroflutter.errors import InputError
 
-Kind = Literal["linear", "cubic", "table", "bilinear", "freeplay", "hysteresis"]
+Kind = Literal[
+    "linear", "cubic", "table", "bilinear", "freeplay", "hysteresis",
+    "polynomial", "saturation", "dead-zone", "relay", "play", "friction",
+]  # fmt: skip
 
 
 def init(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2
 
-PIECES, HYSTERESIS, CUBIC = 0, 1, 2
+PIECES, HYSTERESIS, POLYNOMIAL = 0, 1, 2
 
 Array = NDArray[np.float64]
 Row = tuple[float, ...]
@@ -60,7 +60,7 @@ def tangent(kind: int, law: Real2, memory: float, y: float) -> tuple[float, floa
     """Slope and offset of the moment at y: F = slope y + offset near it.
 
     `law` is (3, m) for PIECES (breaks padded with infinity, slopes, offsets), (1, 4) for
-    HYSTERESIS (v1, v2, lower and upper stop) and (1, 2) for CUBIC (beta1, beta3).
+    HYSTERESIS (v1, v2, lower and upper stop) and (1, m) for POLYNOMIAL (beta1, beta2, ...).
     """
     if kind == HYSTERESIS:
         play = min(max(memory, y - law[0, 0]), y - law[0, 1])
@@ -68,9 +68,12 @@ def tangent(kind: int, law: Real2, memory: float, y: float) -> tuple[float, floa
         if play == memory or stopped != play:
             return 1.0, -stopped
         return 0.0, law[0, 0] if play > memory else law[0, 1]
-    if kind == CUBIC:
-        bend = law[0, 1] * y * y
-        return law[0, 0] + 3.0 * bend, -2.0 * bend * y
+    if kind == POLYNOMIAL:
+        slope, offset = 0.0, 0.0
+        for power in range(law.shape[1], 0, -1):
+            slope = slope * y + power * law[0, power - 1]
+            offset = (offset + (1.0 - power) * law[0, power - 1]) * y
+        return slope, offset
     i = 0
     while y > law[0, i]:
         i += 1

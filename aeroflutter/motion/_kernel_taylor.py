@@ -1,4 +1,4 @@
-"""Compiled march of x' = A x - b (β₁ y + β₃ y³), y = c x, by Taylor series.
+"""Compiled march of x' = A x - b F(c x) for a polynomial F = Σ βᵢ yⁱ, by Taylor series.
 
 The series of a product is the product of series, so coefficients of any order follow from one
 another. With as many as here the step is a fixed part of the radius of convergence, and what is
@@ -28,7 +28,7 @@ def march(
     A: Given2,
     b: Given1,
     c: Given1,
-    beta: tuple[float, float],
+    beta: Given1,
     x: Real1,
     time: float,
     until: float,
@@ -43,7 +43,7 @@ def march(
     Parameters
     ----------
     A, b, c, beta
-        The system and the two coefficients of the spring.
+        The system, and the coefficients β₁, β₂, … of the spring.
     x
         State at `time`, (n,), replaced by the one reached.
     slope
@@ -58,14 +58,15 @@ def march(
     status, time, slope, count, found
         How it ended and when; y' there; samples and turning points written.
     """
-    X, Y, square = np.empty((ORDER + 1, x.size)), np.empty(ORDER + 1), np.empty(ORDER)
+    X, Y = np.empty((ORDER + 1, x.size)), np.empty(ORDER + 1)
+    nested = np.empty((beta.size, ORDER))
     spots = np.empty(MOST_TURNS)
     count, found = 0, 0
     following = np.floor(time / dt + ON_TIME) + 1.0
     while time < until:
         if found + MOST_TURNS > turns.shape[0]:
             return FULL, time, slope, count, found
-        expand(A, b, c, beta, x, X, Y, square)
+        expand(A, b, c, beta, x, X, Y, nested)
         step = min(reach(X), until - time)
         end = until if step == until - time else time + step
         if not end > time:
@@ -89,28 +90,45 @@ def expand(
     A: Array,
     b: Array,
     c: Array,
-    beta: tuple[float, float],
+    beta: Array,
     x: Array,
     X: Array,
     Y: Array,
-    square: Array,
+    nested: Array,
 ) -> None:
-    """Taylor coefficients of x (ORDER+1, n), of y (ORDER+1,) and of y² (ORDER,)."""
+    """Taylor coefficients of x (ORDER+1, n), of y (ORDER+1,) and of F's nest (powers, ORDER)."""
     X[0] = x
     for k in range(ORDER):
         Y[k] = np.sum(c * X[k])
-        square[k], cube = 0.0, 0.0
-        for i in range(k + 1):
-            square[k] += Y[i] * Y[k - i]
-        for i in range(k + 1):
-            cube += square[i] * Y[k - i]
-        moment = beta[0] * Y[k] + beta[1] * cube
+        moment = nest(beta, 0.0, Y, k, nested)
         for i in range(x.size):
             total = -b[i] * moment
             for j in range(x.size):
                 total += A[i, j] * X[k, j]
             X[k + 1, i] = total / (k + 1)
     Y[ORDER] = np.sum(c * X[ORDER])
+
+
+@kernel
+def nest(beta: Array, first: float, Y: Array, k: int, nested: Array) -> float:
+    """Coefficient k of first + β₁ y + β₂ y² + … = first + y (β₁ + y (β₂ + …)).
+
+    Parameters
+    ----------
+    beta, nested
+        (powers,), and the coefficients below k of each bracket, the whole first, (powers, ORDER).
+    """
+    for level in range(beta.size - 1, -1, -1):
+        total = 0.0
+        if k == 0:
+            total = beta[level - 1] if level > 0 else first
+        if level == beta.size - 1:
+            total += beta[level] * Y[k]
+        else:
+            for i in range(k + 1):
+                total += nested[level + 1, i] * Y[k - i]
+        nested[level, k] = total
+    return float(nested[0, k])
 
 
 @kernel

@@ -131,6 +131,8 @@ def pieces_of(springs: Sequence[Spring]) -> list[PieceTable]:
                 f"spring.kind: {spring.kind!r} has no linear pieces; the exact engine takes "
                 "linear, table, bilinear, freeplay and hysteresis"
             )
+        if table.jumps or spring.rate_table() is not None:
+            raise InputError(f"spring.kind: {spring.kind!r} is not for the exact engine")
     return [table for table in tables if table is not None]
 
 

@@ -16,21 +16,29 @@ import numpy as np
 
 from aeroflutter.errors import InputError
 from aeroflutter.generated.houbolt import VELOCITY, start_values
-from aeroflutter.motion._kernel_houbolt import CUBIC, HYSTERESIS, PIECES, advance, tangent
+from aeroflutter.motion._kernel_houbolt import HYSTERESIS, PIECES, POLYNOMIAL, advance, tangent
 from aeroflutter.motion._kernel_houbolt import march as march_kernel
 from aeroflutter.motion._kernel_settle import survey
 from aeroflutter.motion.houbolt_scheme import Scheme
 from aeroflutter.motion.response import MOST_SAMPLES, Response, traces
 from aeroflutter.motion.settling import OVERFLOW, Verdict, Watch, closed_slopes, period_range
-from aeroflutter.springs import Cubic
-from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HIGH, LOW, OFFSET, SLOPE, STICK
+from aeroflutter.springs._kernel_columns import (
+    CEILING,
+    FLOOR,
+    HELD,
+    HIGH,
+    LOW,
+    OFFSET,
+    SLOPE,
+    STICK,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.model.lure import LureSystem
     from aeroflutter.motion.response import SimulateOptions
-    from aeroflutter.springs import Spring
+    from aeroflutter.springs import PieceTable, Spring
 
     Array = NDArray[np.float64]
 
@@ -100,13 +108,26 @@ def spring_law(spring: Spring) -> tuple[int, Array]:
         If the spring is of none of the kinds the loop knows.
     """
     table = spring.piece_table()
+    if table is not None and not _known(spring, table):
+        raise InputError(
+            f"spring.kind: {spring.kind!r} is not for Houbolt's scheme, which takes laws without "
+            "jumps and hinges only; use engine exact"
+        )
     if table is not None and table.memory:
         return HYSTERESIS, table.rows[STICK, [HIGH, LOW, FLOOR, CEILING]][None]
     if table is not None:
         return PIECES, table.rows[:, [HIGH, SLOPE, OFFSET]].T.copy()
-    if isinstance(spring, Cubic):
-        return CUBIC, np.array([[spring.beta1, spring.beta3]])
+    powers = spring.polynomial()
+    if powers is not None:
+        return POLYNOMIAL, np.array([powers])
     raise InputError(f"spring.kind: {spring.kind!r} is unknown to houbolt; use engine exact")
+
+
+def _known(spring: Spring, table: PieceTable) -> bool:
+    """Whether a law of pieces is one that the loop knows: static and continuous, or a hinge."""
+    return not (
+        table.jumps or spring.rate_table() or (table.memory and table.rows[STICK, HELD] != 1.0)
+    )
 
 
 @dataclass

@@ -1,13 +1,13 @@
-"""Steps along a motion with a smooth spring: Taylor series for cubic laws, DOP853 for any other."""
+"""Steps along a smooth spring's motion: Taylor series for polynomials, DOP853 for other laws."""
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from aeroflutter.motion import _kernel_taylor as kernel
-from aeroflutter.springs import Cubic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -86,8 +86,9 @@ class Limits(NamedTuple):
 
 def stepper(system: LureSystem, spring: Spring, state: Array, limits: Limits) -> Stepper:
     """The stepper for a spring."""
-    if type(spring) is Cubic:
-        return _Taylor(system, spring, state, limits)
+    powers = spring.polynomial()
+    if powers is not None:
+        return _Taylor(system, powers, state, limits)
     return _Dop853(system, spring, state, limits)
 
 
@@ -96,8 +97,10 @@ class _Taylor:
 
     tolerance = float(np.finfo(float).eps)
 
-    def __init__(self, system: LureSystem, spring: Cubic, state: Array, limits: Limits) -> None:
-        self.law = system.A, system.b, system.c, (float(spring.beta1), float(spring.beta3))
+    def __init__(
+        self, system: LureSystem, powers: tuple[float, ...], state: Array, limits: Limits
+    ) -> None:
+        self.law = system.A, system.b, system.c, np.array(powers)
         self.time, self.state, self.limits = 0.0, state.astype(float), limits
         self.slope = 0.0
 
@@ -187,7 +190,7 @@ class _Dop853:
 
 def scalar_law(spring: Spring) -> Callable[[float], float]:
     """The moment of one pitch, without the cost of arrays where the law is known."""
-    if type(spring) is Cubic:
-        beta1, beta3 = spring.beta1, spring.beta3
-        return lambda y: y * (beta1 + beta3 * y * y)
+    powers = spring.polynomial()
+    if powers is not None:
+        return lambda y: reduce(lambda value, b: y * (b + value), reversed(powers), 0.0)
     return lambda y: float(spring.moment(y))

@@ -9,6 +9,9 @@ DIRECTION = 8  # in which y must go, or 0
 TO_LOW, TO_HIGH, TO_TURN = 9, 10, 11  # the mode after each edge and after y turned back
 SLIDES, LAG = 12, 13  # 1 where h = y - lag follows y
 PIECE = 14  # place of the slope among the distinct ones
-COLUMNS = 15
+JUMPS = 15  # 1 where F jumps at the edges
+BRANCH = 16  # what the memory is called on a side that y does not tell, or 0
+STUCK = 17  # 1 where F is whatever keeps y at its edge; the edges are then those of F
+COLUMNS = 18
 
 STICK, RISING, FALLING = 0, 1, 2  # modes of a loop

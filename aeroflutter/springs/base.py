@@ -85,6 +85,14 @@ class Spring(ABC):
         """The law as modes of straight pieces, or None if it is not made of such."""
         return None
 
+    def rate_table(self) -> PieceTable | None:
+        """What the law adds to its pieces as a law of α', such as friction, or None."""
+        return None
+
+    def polynomial(self) -> tuple[float, ...] | None:
+        """Coefficients β₁, β₂, … of F = Σ βᵢ αⁱ, or None if the law is no polynomial."""
+        return None
+
     def corners(self, bias: ArrayLike = 0.0) -> Array:
         """Amplitudes, shape (m, ...), at which the describing function has a kink at a bias."""
         return np.empty((0, *np.shape(bias)))

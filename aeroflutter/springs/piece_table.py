@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
 from aeroflutter.springs._kernel_columns import (
+    BRANCH,
     CEILING,
     COLUMNS,
     DIRECTION,
@@ -26,6 +27,7 @@ from aeroflutter.springs._kernel_columns import (
     FLOOR,
     HELD,
     HIGH,
+    JUMPS,
     LAG,
     LOW,
     MOVES,
@@ -35,12 +37,15 @@ from aeroflutter.springs._kernel_columns import (
     SLIDES,
     SLOPE,
     STICK,
+    STUCK,
     TO_HIGH,
     TO_LOW,
     TO_TURN,
 )
 
 __all__ = ["PieceTable"]
+
+STUCK_MODE = 2  # of a relay that slides
 
 Array = NDArray[np.float64]
 
@@ -54,7 +59,7 @@ class PieceTable:
     rows
         One row a mode, (modes, COLUMNS); see `_kernel_columns`.
     slopes
-        Distinct slopes, (k,).
+        Distinct slopes, (k,); NaN stands for the mode in which F is what keeps y at its edge.
     memory
         Whether the law has one: the number h.
     size
@@ -119,6 +124,43 @@ class PieceTable:
         return cls._indexed(rows, True, float(np.max(np.abs([v1, v2, h_low, h_high]))))
 
     @classmethod
+    def play(cls, half: float) -> PieceTable:
+        """The follower h ← clip(h, y - half, y + half), F = h."""
+        rows = _blank(3)
+        rows[STICK, [HELD, MOVES]] = -1.0, 1.0
+        rows[STICK, [LOW, HIGH]] = -half, half
+        rows[STICK, [TO_LOW, TO_HIGH]] = FALLING, RISING
+        for way, direction in ((RISING, 1.0), (FALLING, -1.0)):
+            rows[way, [SLOPE, OFFSET, LAG]] = 1.0, -direction * half, direction * half
+            rows[way, [DIRECTION, SLIDES, TO_TURN]] = direction, 1.0, STICK
+        return cls._indexed(rows, True, half)
+
+    @classmethod
+    def relay(cls, level: float, half: float, slides: bool = False) -> PieceTable:
+        """F = ±level, which jumps where y rises through `half` and falls through `-half`.
+
+        Parameters
+        ----------
+        level, half
+            Size of F; half the width of the hysteresis.
+        slides
+            Whether y can stay on its edge, F being what keeps it there: for a relay without width
+            whose F enters y'. The edges of that mode are those of F.
+        """
+        rows = _blank(2 + slides)
+        rows[:2, OFFSET], rows[:2, JUMPS] = (-level, level), 1.0
+        rows[0, HIGH], rows[1, LOW] = half, -half
+        rows[0, TO_HIGH], rows[1, TO_LOW] = (STUCK_MODE, STUCK_MODE) if slides else (1.0, 0.0)
+        if half > 0.0:
+            rows[:2, BRANCH] = -1.0, 1.0
+        if slides:
+            rows[STUCK_MODE, [STUCK, LOW, HIGH]] = 1.0, -level, level
+            rows[STUCK_MODE, [TO_LOW, TO_HIGH]] = 0.0, 1.0
+            rows[STUCK_MODE, PIECE] = 1.0
+            return cls(rows, np.array([0.0, np.nan]), False, level)
+        return cls._indexed(rows, False, max(level, half))
+
+    @classmethod
     def _indexed(cls, rows: Array, memory: bool, size: float) -> PieceTable:
         slopes, place = np.unique(rows[:, SLOPE], return_inverse=True)
         rows[:, PIECE] = place
@@ -132,13 +174,24 @@ class PieceTable:
     @property
     def outside(self) -> tuple[float, float]:
         """Slopes of the law below and above all its edges."""
-        return float(self.rows[0, SLOPE]), float(self.rows[0 if self.memory else -1, SLOPE])
+        if self.memory:
+            far = STICK if np.isfinite(self.rows[STICK, CEILING]) else RISING
+            return float(self.rows[far, SLOPE]), float(self.rows[far, SLOPE])
+        return float(self.rows[0, SLOPE]), float(self.rows[-1, SLOPE])
+
+    @property
+    def jumps(self) -> bool:
+        """Whether F jumps."""
+        return bool(np.any(self.rows[:, JUMPS]))
 
     @property
     def push(self) -> float:
         """Most by which F differs from the straight line of its slope outside, if that is one."""
         if self.memory:
-            return float(np.max(np.abs(self.rows[STICK, [FLOOR, CEILING]])))
+            stops = np.abs(self.rows[STICK, [FLOOR, CEILING]])
+            return float(np.max(stops if np.all(np.isfinite(stops)) else self.rows[:, LAG]))
+        if self.jumps:
+            return float(np.max(np.abs(self.rows[:, OFFSET])))
         slope, breaks = self.outside[0], self.rows[:-1, HIGH]
         between = (self.rows[1:, SLOPE] - slope) * breaks + self.rows[1:, OFFSET]
         return float(np.max(np.abs(np.append(between, self.rows[[0, -1], OFFSET]))))
@@ -149,7 +202,14 @@ class PieceTable:
             stick = self.rows[STICK]
             held = min(max(memory, y - stick[HIGH]), y - stick[LOW])
             return STICK, float(min(max(held, stick[FLOOR]), stick[CEILING]))
+        if self.jumps:
+            return self._side(y, memory)
         return int(np.searchsorted(self.rows[:-1, HIGH], y, side="right")), 0.0
+
+    def _side(self, y: float, memory: float) -> tuple[int, float]:
+        """Side of a relay, the one that is remembered where y does not tell."""
+        high = y >= self.rows[0, HIGH] or (memory > 0.0 and y > self.rows[1, LOW])
+        return int(high), float(self.rows[int(high), BRANCH])
 
     def held(self, mode: int, y: Any, memory: Any) -> Any:
         """Memory at y within a mode: h where it sticks, y - lag between the stops on a flat."""

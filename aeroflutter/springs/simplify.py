@@ -6,6 +6,7 @@ import numpy as np
 
 from aeroflutter.springs.base import PiecewiseLinear, Spring
 from aeroflutter.springs.hysteresis import Hysteresis
+from aeroflutter.springs.polynomial import Polynomial
 from aeroflutter.springs.static import Bilinear, Cubic, Freeplay, Linear
 
 __all__ = ["simplify", "straight"]
@@ -17,12 +18,15 @@ def simplify(spring: Spring) -> Spring:
     Hysteresis without height (ΔV = 0) is freeplay: h = clip(α - V_off, stops), so the moment is
     V_off across α = V_off + H_off ± ΔH/2. Without width (ΔH = 0) the slider cannot move:
     F = α - H_off. Freeplay with a moment in its gap is a bilinear spring. Straight tables,
-    closed gaps and cubics without a cubic term are linear.
+    closed gaps and polynomials of the first degree are linear.
     """
     if isinstance(spring, Hysteresis):
         return _simplify_loop(spring)
-    if isinstance(spring, Cubic) and spring.beta3 == 0:
-        return Linear(spring.beta1)
+    powers = spring.polynomial()
+    if powers is not None and not any(powers[1:]):
+        return Linear(powers[0])
+    if isinstance(spring, Polynomial) and spring.odd and not any(spring.beta[3:]):
+        return Cubic(spring.beta[0], spring.beta[2])
     if isinstance(spring, PiecewiseLinear) and not isinstance(spring, Linear):
         return _simplify_pieces(spring)
     return spring

@@ -20,7 +20,7 @@ from aeroflutter.springs.base import (
     check_fields,
 )
 
-__all__ = ["Bilinear", "Cubic", "Freeplay", "Linear", "Table"]
+__all__ = ["Bilinear", "Cubic", "DeadZone", "Freeplay", "Linear", "Saturation", "Table"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +75,10 @@ class Cubic(Spring):
 
     def __post_init__(self) -> None:
         check_fields(self)
+
+    def polynomial(self) -> tuple[float, ...]:
+        """β₁, 0, β₃."""
+        return self.beta1, 0.0, self.beta3
 
     @property
     def scale(self) -> float:
@@ -250,6 +254,72 @@ class Freeplay(PiecewiseLinear):
         """The gap and its centre multiplied by `factor`."""
         f = check_factor(factor)
         return type(self)(f * self.gap, f * self.centre)
+
+
+@dataclass(frozen=True, slots=True)
+class Saturation(PiecewiseLinear):
+    """Saturation F = slope·α up to ±limit, the constant slope·limit beyond.
+
+    Parameters
+    ----------
+    limit
+        Pitch at which the moment stops growing, radians.
+    slope
+        Slope below it.
+    """
+
+    limit: float = 1.0
+    slope: float = 1.0
+    kind: ClassVar[str] = "saturation"
+
+    def __post_init__(self) -> None:
+        check_fields(self, positive=("limit",))
+
+    def pieces(self) -> Pieces:
+        """Three pieces."""
+        top = self.slope * self.limit
+        return Pieces(
+            np.array([-self.limit, self.limit]),
+            np.array([0.0, self.slope, 0.0]),
+            np.array([-top, 0.0, top]),
+        )
+
+    def scaled(self, factor: float) -> Self:
+        """The limit multiplied by `factor`."""
+        return type(self)(check_factor(factor) * self.limit, self.slope)
+
+
+@dataclass(frozen=True, slots=True)
+class DeadZone(PiecewiseLinear):
+    """Dead zone: no moment across a gap about zero, slope·(α ∓ gap/2) beyond.
+
+    Parameters
+    ----------
+    gap
+        Full width of the gap, radians.
+    slope
+        Slope beyond it.
+    """
+
+    gap: float = 1.0
+    slope: float = 1.0
+    kind: ClassVar[str] = "dead-zone"
+
+    def __post_init__(self) -> None:
+        check_fields(self, positive=("gap",))
+
+    def pieces(self) -> Pieces:
+        """Three pieces."""
+        half = 0.5 * self.gap
+        return Pieces(
+            np.array([-half, half]),
+            np.array([self.slope, 0.0, self.slope]),
+            np.array([self.slope * half, 0.0, -self.slope * half]),
+        )
+
+    def scaled(self, factor: float) -> Self:
+        """The gap multiplied by `factor`."""
+        return type(self)(check_factor(factor) * self.gap, self.slope)
 
 
 def _numbers(name: str, values: Any, problems: list[str]) -> tuple[float, ...]:

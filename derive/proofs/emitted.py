@@ -11,6 +11,7 @@ import sympy as sp
 
 from derive import describing as d
 from derive import houbolt as h
+from derive import switched as w
 from derive import symbols as s
 from derive.configuration import Configuration
 from derive.equations import SecondOrder
@@ -172,6 +173,30 @@ def check_describing(source: str) -> None:
     exact = [value.subs(at) for value in (direct.F0, direct.n_p, direct.n_q)]
     numbers = module.hysteresis(amplitude, bias, delta_v, delta_h, v_off, h_off)[:3]
     check_numbers("hysteresis", numbers, exact)
+
+
+def check_switched(source: str) -> None:
+    """Relay, play and friction with bias, and a polynomial, against their own integrals."""
+    module = load("switched", source)
+    amplitude, bias, moment, width, delta_v = 1.3, 0.21, 0.7, 0.4, 0.9
+    at = {d.AMPLITUDE: amplitude, d.BIAS: bias}
+    law = {w.MOMENT: moment, w.WIDTH: width, d.DELTA_V: delta_v, w.FRICTION: 0.3, d.BETA1: 0.8}
+    laws = {
+        "relay": (w.relay_segments(), w.relay_gammas(), (moment, width)),
+        "play": (w.play_segments(), w.play_gammas(), (delta_v,)),
+        "friction": (w.friction_segments(), {}, (0.3, 0.8)),
+    }
+    for name, (segments, gammas, arguments) in laws.items():
+        direct = d.integrate(segments)
+        angles = {item.angle: math.asin(g.subs(law).subs(at)) for item, g in gammas.items()}
+        values = (direct.F0, direct.n_p, direct.n_q)
+        exact = [sp.sympify(value).subs({**law, **at, **angles}) for value in values]
+        numbers = getattr(module, name)(amplitude, bias, *arguments)[:3]
+        check_numbers(name, numbers, exact)
+    beta = [0.9, -0.3, 0.7, 0.2]
+    form = w.polynomial([sp.Float(b) for b in beta])
+    exact = [value.subs(at) for value in (form.F0, form.n_p, form.n_q)]
+    check_numbers("polynomial", module.polynomial(amplitude, bias, beta)[:3], exact)
 
 
 def check_houbolt(source: str) -> None:

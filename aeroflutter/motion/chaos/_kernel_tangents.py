@@ -1,6 +1,6 @@
-"""Compiled march of a motion with a cubic spring and its tangents, by Taylor series.
+"""Compiled march of a motion with a polynomial spring and its tangents, by Taylor series.
 
-δ' = (A - b (β₁ + 3 β₃ y²) c) δ is linear along the motion: its coefficients follow from one another
+δ' = (A - b F'(y) c) δ is linear along the motion: its coefficients follow from one another
 as those of the motion do, and its series converge as far.
 """
 
@@ -19,6 +19,7 @@ from aeroflutter.motion._kernel_taylor import (
     STALLED,
     evaluate,
     expand,
+    nest,
     reach,
     turning,
 )
@@ -31,7 +32,7 @@ def march(
     A: Given2,
     b: Given1,
     c: Given1,
-    beta: tuple[float, float],
+    beta: Given1,
     x: Real1,
     tangents: Real2,
     time: float,
@@ -44,7 +45,7 @@ def march(
     Parameters
     ----------
     A, b, c, beta
-        The system and the two coefficients of the spring.
+        The system, and the coefficients β₁, β₂, … of the spring.
     x, tangents
         State and tangents at `time`, (n,) and (n, k), replaced by those reached.
     slope
@@ -59,14 +60,14 @@ def march(
         How it ended and when; y' there; turning points written.
     """
     n, k = tangents.shape
-    X, Y, square = np.empty((ORDER + 1, n)), np.empty(ORDER + 1), np.empty(ORDER)
+    X, Y, nested = np.empty((ORDER + 1, n)), np.empty(ORDER + 1), np.empty((beta.size, ORDER))
     D, flat = np.empty((ORDER + 1, n * k)), np.empty(n * k)
     spots, found = np.empty(MOST_TURNS), 0
     while time < until:
         if found + MOST_TURNS > turns.shape[0]:
             return FULL, time, slope, found
-        expand(A, b, c, beta, x, X, Y, square)
-        expand_tangents(A, b, c, beta, square, tangents, D)
+        expand(A, b, c, beta, x, X, Y, nested)
+        expand_tangents(A, b, c, beta, Y, nested, tangents, D)
         step = min(reach(X), reach(D), until - time)
         end = until if step == until - time else time + step
         if not end > time:
@@ -89,22 +90,30 @@ def expand_tangents(
     A: Array,
     b: Array,
     c: Array,
-    beta: tuple[float, float],
-    square: Array,
+    beta: Array,
+    Y: Array,
+    nested: Array,
     tangents: Array,
     D: Array,
 ) -> None:
-    """Taylor coefficients of the tangents, (ORDER+1, n k), from those of y²."""
+    """Taylor coefficients of the tangents, (ORDER+1, n k), from those of y."""
     n, k = tangents.shape
+    steep, flat = np.empty(beta.size), np.empty(ORDER)  # F' = β₁ + 2 β₂ y + 3 β₃ y² + …
+    for i in range(1, beta.size):
+        steep[i - 1] = (i + 1) * beta[i]
+    for m in range(ORDER):
+        flat[m] = beta[0] if m == 0 else 0.0
+        if beta.size > 1:
+            flat[m] = nest(steep[: beta.size - 1], beta[0], Y, m, nested)
     D[0] = tangents.copy().reshape(n * k)
     pitch = np.zeros((ORDER, k))
     for m in range(ORDER):
         for j in range(k):
             for i in range(n):
                 pitch[m, j] += c[i] * D[m, i * k + j]
-            moment = beta[0] * pitch[m, j]
+            moment = 0.0
             for i in range(m + 1):
-                moment += 3.0 * beta[1] * square[i] * pitch[m - i, j]
+                moment += flat[i] * pitch[m - i, j]
             for i in range(n):
                 total = -b[i] * moment
                 for other in range(n):

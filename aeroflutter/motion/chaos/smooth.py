@@ -16,7 +16,6 @@ from aeroflutter.motion.chaos.smooth_window import along, slope_law
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.motion.settling import closed_slopes, period_range
 from aeroflutter.motion.spectra import PoincareSection
-from aeroflutter.springs import Cubic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -36,7 +35,7 @@ NO_PERIOD = 100.0  # τ, for systems that do not oscillate
 
 @dataclass(frozen=True)
 class SmoothEngine:
-    """Taylor series for cubic springs, SciPy's DOP853 for other laws; see `growth.Engine`."""
+    """Taylor series for polynomials, SciPy's DOP853 for other laws; see `growth.Engine`."""
 
     system: LureSystem
     spring: Spring
@@ -46,7 +45,7 @@ class SmoothEngine:
     @property
     def default_cycles(self) -> int:
         """Maxima over which exponents are measured if nothing else is asked."""
-        return 20_000 if type(self.spring) is Cubic else 1000
+        return 20_000 if self.spring.polynomial() is not None else 1000
 
     def land(self, state: Array, memory: float) -> Landing:
         """End state by the recurrence of the motion itself."""

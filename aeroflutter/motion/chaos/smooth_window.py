@@ -1,8 +1,9 @@
-"""A window of a motion and its tangents: Taylor series for cubic springs, DOP853 for other laws."""
+"""A window of a motion and its tangents: Taylor series for polynomials, DOP853 for others."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from aeroflutter.motion._kernel_taylor import FULL
 from aeroflutter.motion.chaos import _kernel_tangents as kernel
 from aeroflutter.motion.smooth_steps import scalar_law
-from aeroflutter.springs import Cubic
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,8 +48,9 @@ def along(system: LureSystem, spring: Spring, x: Array, window: float, shortest:
     shortest
         Shortest period of oscillation; DOP853 takes steps in which no turning point hides.
     """
-    if type(spring) is Cubic:
-        return _Series(system, spring, window)
+    powers = spring.polynomial()
+    if powers is not None:
+        return _Series(system, powers, window)
     longest_step = min(window, shortest) / STEPS_A_PERIOD
     return _Dop853(system, spring, window, longest_step, float(np.abs(x).max()) or 1.0)
 
@@ -57,8 +58,8 @@ def along(system: LureSystem, spring: Spring, x: Array, window: float, shortest:
 class _Series:
     """See `_kernel_tangents`."""
 
-    def __init__(self, system: LureSystem, spring: Cubic, window: float) -> None:
-        self.law = system.A, system.b, system.c, (float(spring.beta1), float(spring.beta3))
+    def __init__(self, system: LureSystem, powers: tuple[float, ...], window: float) -> None:
+        self.law = system.A, system.b, system.c, np.array(powers)
         self.window, self.slope = window, 0.0
 
     def __call__(self, x: Array, tangents: Array) -> tuple[Array, Array, Array]:
@@ -133,9 +134,10 @@ class _Dop853:
 
 def slope_law(spring: Spring) -> Callable[[float], float]:
     """Incremental slope of a smooth spring at one pitch."""
-    if type(spring) is Cubic:
-        beta1, beta3 = spring.beta1, spring.beta3
-        return lambda y: beta1 + 3.0 * beta3 * y * y
+    powers = spring.polynomial()
+    if powers is not None:
+        steep = [i * b for i, b in enumerate(powers, start=1)][::-1]
+        return lambda y: reduce(lambda value, b: value * y + b, steep, 0.0)
     step = DIFFERENCE * spring.scale
     law = scalar_law(spring)
     return lambda y: (law(y + step) - law(y - step)) / (2.0 * step)

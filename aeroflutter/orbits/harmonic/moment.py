@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.orbits.harmonic import _kernel_segments as kernel
-from aeroflutter.springs import Cubic, Hysteresis, PiecewiseLinear, Spring, respond
+from aeroflutter.springs import Hysteresis, PiecewiseLinear, Spring, respond
 
 __all__ = ["Answer", "Held", "answer", "waveform"]
 
@@ -174,21 +174,23 @@ class Segmented(Answer):
 
 @dataclass(frozen=True, eq=False)
 class Polynomial(Answer):
-    """The answer of a cubic law, from samples too many to alias."""
+    """The answer of a polynomial law, from samples too many to alias."""
 
     Y: Complex
-    beta1: float
-    beta3: float
+    beta: tuple[float, ...]
 
     def slope(self, count: int) -> Complex:
-        """Fourier coefficients of β₁ + 3 β₃ y²."""
-        y = waveform(self.Y, _power_of_two(2 * (self.Y.size + count)))
-        return _transform(self.beta1 + 3 * self.beta3 * y * y, count)
+        """Fourier coefficients of Σ i βᵢ yⁱ⁻¹."""
+        steep = [i * b for i, b in enumerate(self.beta, start=1)]
+        samples = max((len(steep) - 1) * self.Y.size + count, 2 * (self.Y.size + count))
+        y = waveform(self.Y, _power_of_two(samples))
+        return _transform(np.asarray(np.polynomial.polynomial.polyval(y, steep)), count)
 
     def moment(self, count: int) -> Complex:
-        """Harmonics of β₁ y + β₃ y³."""
-        y = waveform(self.Y, _power_of_two(max(3 * self.Y.size + count, 2 * count)))
-        F = 2 * _transform(y * (self.beta1 + self.beta3 * y * y), count)
+        """Harmonics of Σ βᵢ yⁱ."""
+        samples = max(len(self.beta) * self.Y.size + count, 2 * count)
+        y = waveform(self.Y, _power_of_two(samples))
+        F = 2 * _transform(y * np.polynomial.polynomial.polyval(y, self.beta), count)
         F[0] *= 0.5
         return F
 
@@ -250,8 +252,9 @@ def answer(spring: Spring, Y: Complex) -> Answer:
     -----
     A degenerate law is to be simplified first: a loop without height has no memory to hold.
     """
-    if isinstance(spring, Cubic):
-        return Polynomial(Y, spring.beta1, spring.beta3)
+    powers = spring.polynomial()
+    if powers is not None:
+        return Polynomial(Y, powers)
     if not isinstance(spring, (Hysteresis, PiecewiseLinear)):
         return Sampled(Y, spring)
     turns = kernel.extrema(Y, _samples(Y))
