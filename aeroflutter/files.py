@@ -3,11 +3,40 @@
 from __future__ import annotations
 
 import os
+import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import limit
+
+
+def read_bytes(path: Path, label: str) -> bytes:
+    """A whole file, as long as it is of reasonable size: it may be a device that never ends.
+
+    Parameters
+    ----------
+    path
+        The file.
+    label
+        What names it, as the line of a refusal begins.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is larger than the limit `bytes`.
+    """
+    most = limit("bytes")
+    try:
+        with open(path, "rb") as file:
+            data = file.read(most + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{label}: cannot be read: {reason}") from None
+    if len(data) > most:
+        raise InputError(f"{label}: is larger than {most} bytes, which is the limit for a file")
+    return data
 
 
 @contextmanager
@@ -22,7 +51,7 @@ def replacing(path: Path) -> Iterator[Path]:
     InputError
         If the file cannot be written; the message names it and says why.
     """
-    part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    part = path.with_name(f".aeroflutter-{uuid.uuid4().hex}.part{path.suffix}")
     try:
         yield part
         os.replace(part, path)

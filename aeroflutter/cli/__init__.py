@@ -6,14 +6,13 @@ line in `COMMANDS` and one file beside this one.
 
 from __future__ import annotations
 
-import io
-import os
 import re
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from aeroflutter import __version__
+from aeroflutter.cli.streams import opened, say, silenced
 from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
 from aeroflutter.kernels.notice import noticing
 
@@ -44,7 +43,7 @@ COMMANDS = {
 }
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py."""
 
-OK, FAILED, BAD_INPUT, NOT_CONVERGED, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 130, 141
+OK, FAILED, BAD_INPUT, NOT_CONVERGED, FAULT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 70, 130, 141
 
 _NEGATIVE = re.compile(r"-\.?\d")
 
@@ -74,14 +73,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0, 2 for bad input, 3 where a method did not converge, 130 if interrupted.
+        Exit code: 0, 2 for bad input, 3 where a method did not converge, 70 for a fault of the
+        program, 130 if interrupted.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a terminal without UTF-8 still gets its text
-            stream.reconfigure(errors="backslashreplace")
+    opened()
+    words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         with noticing():
-            _run(list(sys.argv[1:] if arguments is None else arguments))
+            _run(words)
         sys.stdout.flush()
     except InputError as error:
         return _refuse(BAD_INPUT, *error.problems)
@@ -91,13 +90,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(FAILED, str(error))
     except KeyboardInterrupt:
         return _refuse(INTERRUPTED, "interrupted")
-    except BrokenPipeError:
-        # The reader has gone, as in `aeroflutter cases | head -1`; nor may Python flush at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader has gone, as in `aeroflutter cases | head -1`
+        silenced(sys.stdout)
         return BROKEN_PIPE
     except OSError as error:
+        _flushed()
         return _refuse(FAILED, f"cannot go on: {error.strerror or error}")
+    except MemoryError:
+        return _refuse(FAILED, "cannot go on: there is not enough memory for this")
+    except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one line
+        from aeroflutter.cli.faults import reported
+
+        reported(error, words)
+        return FAULT
     return OK
+
+
+def _flushed() -> None:
+    """Have what was printed out; where that is what fails, Python may not try again at exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        silenced(sys.stdout)
 
 
 def _run(words: list[str]) -> None:
@@ -156,5 +170,5 @@ def build_app() -> App:
 
 def _refuse(code: int, *lines: str) -> int:
     for line in lines:
-        print(f"aeroflutter: {line}", file=sys.stderr)
+        say(line)
     return code

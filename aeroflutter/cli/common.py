@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 from aeroflutter.results.plain import plain
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from aeroflutter.motion.response import Initial
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
-MOST_NUMBERS = 10_000_000
 LONGEST = 8  # numbers of a list that are printed for people
 
 CaseName = Annotated[str, Parameter(help="TOML file or name of a built-in case.")]
@@ -176,7 +176,9 @@ def target_problems(option: str, path: Path | None, suffixes: Sequence[str]) -> 
     """Why a file cannot be written, line by line; nothing if it can, or is None."""
     if path is None:
         return []
-    problems = []
+    problems = name_problems(option, path)
+    if problems:
+        return problems
     if path.suffix.lower() not in suffixes:
         problems.append(f"{option} {path}: must end in {' or '.join(suffixes)}")
     if path.is_dir():
@@ -184,6 +186,18 @@ def target_problems(option: str, path: Path | None, suffixes: Sequence[str]) -> 
     elif not path.parent.is_dir():
         problems.append(f"{option} {path}: there is no folder {path.parent}; create it first")
     return problems
+
+
+def name_problems(option: str, path: Path) -> list[str]:
+    """Why nothing can have this name: it is too long, a loop of links, holds a NUL."""
+    try:
+        path.stat()
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return [f"{option} {path}: cannot be a file: {reason}; give another name"]
+    return []
 
 
 def print_json(payload: Mapping[str, Any]) -> None:
@@ -260,10 +274,9 @@ def _count(option: str, text: str) -> int:
         count = int(text)
     except ValueError:
         count = 0
-    if not 1 <= count <= MOST_NUMBERS:
-        raise InputError(
-            f'{option}: N of A:B:N must be a whole number from 1 to {MOST_NUMBERS}, not "{text}"'
-        )
+    if count < 1:
+        raise InputError(f'{option}: N of A:B:N must be a whole number from 1 on, not "{text}"')
+    within("numbers", count, option)
     return count
 
 

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.common import name_problems
 from aeroflutter.errors import AeroflutterError, InputError
+from aeroflutter.limits import within
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
@@ -79,6 +81,9 @@ class Keeping:
             raise InputError("--resume: excludes --overwrite; give one of the two")
         if self.out.suffix not in (".nc", ".zarr"):
             raise InputError(f"--out {self.out}: must end in .zarr or .nc")
+        problems = name_problems("--out", self.out)
+        if problems:
+            raise InputError(problems)
         if not self.out.parent.is_dir():
             raise InputError(
                 f"--out {self.out}: there is no folder {self.out.parent}; create it first"
@@ -115,6 +120,7 @@ class Keeping:
             return Processes(cores())
         if self.workers < 0:
             raise InputError(f"--workers: must be zero or more, not {self.workers}")
+        within("workers", self.workers, "--workers")
         return Processes(self.workers) if self.workers else Threads(1)
 
     def opened(self, study: Any, case: Case) -> Any:

@@ -173,7 +173,9 @@ def _settings(
         march = SimulateOptions.thesis(record=False)
     else:
         longest = 20_000.0 if engine == "houbolt" else 1e7
-        march = SimulateOptions(engine=engine, dt=dt, duration=duration or longest, record=False)
+        march = SimulateOptions(
+            engine=engine, dt=dt, duration=longest if duration is None else duration, record=False
+        )
     return MapOptions(march=march, refine=refine)
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aeroflutter.cli.common import numbers
 from aeroflutter.errors import InputError
+from aeroflutter.files import read_bytes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -69,9 +71,9 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
     from aeroflutter.plots.cycles import Overlay
 
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file, skipinitialspace=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_bytes(path, f"--points-csv {path}").decode("utf-8-sig")
+        rows = list(csv.DictReader(io.StringIO(text, newline=""), skipinitialspace=True))
+    except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"--points-csv {path}: cannot be read: {error}") from None
     if not rows:
         raise InputError(f"--points-csv {path}: has no rows under its heading")

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 from aeroflutter.cli.common import Json, print_json
 from aeroflutter.cli.progress import progress
 from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.limits import within
 
 if TYPE_CHECKING:
     from aeroflutter.reproduce import Printed
@@ -53,7 +54,12 @@ def reproduce(
 
     if workers is not None and workers < 1:
         raise InputError(f"--workers: must be at least 1, not {workers}")
+    within("workers", workers or 1, "--workers")
     exhibits = choose(only)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--folder {folder}: cannot be made: {error.strerror}") from None
     with progress("exhibits") as report:
         counted = itertools.count(1)
         printed = make(

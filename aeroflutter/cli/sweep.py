@@ -144,8 +144,9 @@ def bounds(key: str) -> tuple[float, float]:
 
     table, _, name = key.rpartition(".")
     for model in schema.TABLES.get(table, ()):
-        if name in model.model_fields:
-            allowed = schema.metadata(model, name).get("allowed")
+        field = model.model_fields.get(name)
+        if field is not None and isinstance(field.json_schema_extra, dict):  # a number, or some
+            allowed = field.json_schema_extra.get("allowed")
             positive = allowed in (schema.POSITIVE, schema.NOT_NEGATIVE) or name == "r_alpha"
             return POSITIVE if positive else UNBOUNDED
     return POSITIVE if key in SPEEDS else UNBOUNDED

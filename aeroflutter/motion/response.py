@@ -23,6 +23,7 @@ import numpy as np
 
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import as_system
+from aeroflutter.limits import within
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -231,6 +232,7 @@ class SimulateOptions:
             )
         if problems:
             raise InputError(problems)
+        within("steps", self.limit / self.dt if self.engine == "houbolt" else 0, "dt")
 
     @property
     def limit(self) -> float:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from itertools import groupby
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,9 @@ from aeroflutter.files import replacing
 from aeroflutter.kernels.warmup import warm_up
 from aeroflutter.reproduce import figures
 from aeroflutter.reproduce.catalogue import Exhibit
+from aeroflutter.studies.maps.executors import Processes
 from aeroflutter.studies.maps.fingerprint import code_hash
+from aeroflutter.studies.maps.study import Outcome, Task
 
 __all__ = ["Printed", "reproduce"]
 
@@ -96,11 +96,46 @@ def reproduce(
             finished(_print_group(job, folder, suffix, again))
     else:
         warm_up()  # or each process would compile
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            futures = [pool.submit(_print_group, job, folder, suffix, again) for job in jobs]
-            for future in as_completed(futures):
-                finished(future.result())
+        press = _Press(folder, suffix, again, jobs)
+        tasks = [Task("exhibits", number, ()) for number in range(len(jobs))]
+        for outcome in Processes(workers).run(press, tasks):
+            finished(press.made(outcome))
     return [done[exhibit.number] for exhibit in wanted]
+
+
+@dataclass(frozen=True)
+class _Press:
+    """The jobs as a study, so that a worker that dies costs its own job and no other."""
+
+    folder: Path
+    suffix: str
+    again: bool
+    jobs: list[list[Exhibit]]
+
+    def warm_up(self) -> None: ...
+
+    def compute(self, task: Task) -> dict[str, Any]:
+        """One job; it goes on where a worker that died at it stopped."""
+        job = self.jobs[task.number]
+        return {"made": _print_group(job, self.folder, self.suffix, self.again)}
+
+    def made(self, outcome: Outcome) -> list[Printed]:
+        """The exhibits of a job, those of one that was given up with the reason."""
+        if outcome.arrays is not None:
+            made: Any = outcome.arrays["made"]
+            return list(made)
+        return [
+            _failed(exhibit, _file(exhibit, self.folder, self.suffix), str(outcome.failure))
+            for exhibit in self.jobs[outcome.task.number]
+        ]
+
+
+def _failed(exhibit: Exhibit, file: Path, problem: str) -> Printed:
+    return Printed(exhibit=exhibit, file=file, facts={}, fresh=True, problem=problem)
+
+
+def _file(exhibit: Exhibit, folder: Path, suffix: str) -> Path:
+    return folder / (exhibit.name + (".md" if exhibit.kind == "onsets" else suffix))
 
 
 def _print_group(group: list[Exhibit], folder: Path, suffix: str, again: bool) -> list[Printed]:
@@ -109,7 +144,7 @@ def _print_group(group: list[Exhibit], folder: Path, suffix: str, again: bool) -
 
 def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
     case = load_case(exhibit.case, exhibit.changes)
-    file = folder / (exhibit.name + (".md" if exhibit.kind == "onsets" else suffix))
+    file = _file(exhibit, folder, suffix)
     record = folder / f"{exhibit.name}.json"
     identity = _identity(exhibit, case)
     kept = None if again else _kept(record, file, identity)
@@ -120,13 +155,7 @@ def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
     try:
         drawn = figures.KINDS[exhibit.kind](case, exhibit.title, **exhibit.settings)
     except Exception as error:  # noqa: BLE001 - the other exhibits are still to be made
-        return Printed(
-            exhibit=exhibit,
-            file=file,
-            facts={},
-            fresh=True,
-            problem=f"{type(error).__name__}: {error}",
-        )
+        return _failed(exhibit, file, f"{type(error).__name__}: {error}")
     from aeroflutter.plots.style import save
 
     caption = exhibit.sentence(drawn.facts)
@@ -135,7 +164,7 @@ def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
             save(drawn.figure, part)
         else:
             part.write_text(drawn.table, encoding="utf-8")
-    kept = {"identity": identity, "caption": caption, "facts": drawn.facts}
+    kept = {"identity": identity, "caption": caption, "facts": drawn.facts, "file": _digest(file)}
     with replacing(record) as part:
         part.write_text(json.dumps(kept, indent=1), encoding="utf-8")
     return Printed(exhibit=exhibit, file=file, caption=caption, facts=drawn.facts, fresh=True)
@@ -147,11 +176,15 @@ def _identity(exhibit: Exhibit, case: Case) -> str:
     return hashlib.sha256(parts.encode()).hexdigest()
 
 
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
 def _kept(record: Path, file: Path, identity: str) -> dict[str, Any] | None:
     """What was written of an exhibit made before, if it is still the same one."""
     try:
         kept = json.loads(record.read_text(encoding="utf-8"))
-        same = kept["identity"] == identity and file.stat().st_size > 0
+        same = kept["identity"] == identity and kept["file"] == _digest(file)
         return {"caption": kept["caption"], "facts": kept["facts"]} if same else None
     except (OSError, ValueError, KeyError, TypeError):
         return None

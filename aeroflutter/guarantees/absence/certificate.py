@@ -121,8 +121,10 @@ class Certificate:
         InputError
             If the file is none.
         """
+        from aeroflutter.files import read_bytes
+
         try:
-            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            content = json.loads(read_bytes(Path(path), str(path)).decode("utf-8"))
             if content["format"] != _FORMAT:
                 raise ValueError(content["format"])
             kinds: dict[str, type[Any]] = {"Loop": Loop, "Static": Static}

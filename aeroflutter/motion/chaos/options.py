@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 
 __all__ = ["ChaosOptions"]
 
@@ -50,3 +51,4 @@ class ChaosOptions:
             problems.append(f"exponents: {self.exponents!r} is less than one; give one or more")
         if problems:
             raise InputError(problems)
+        within("cycles", (self.cycles or 0) + self.transient, "cycles")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 
 if TYPE_CHECKING:
     from aeroflutter.orbits.cycles.measure import Frame
@@ -74,6 +75,7 @@ class CycleOptions:
             )
         if problems:
             raise InputError(problems)
+        within("numbers", self.points, "points")
 
     def limits(self, frame: Frame) -> tuple[float, float]:
         """Lowest and highest speed over the reference, within what the family covers."""

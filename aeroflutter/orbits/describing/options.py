@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 from aeroflutter.model.lure import LureFamily
 from aeroflutter.springs import PiecewiseLinear, Spring
 from aeroflutter.springs.hysteresis import Hysteresis
@@ -68,6 +69,7 @@ class DescribingOptions:
             problems.append(f"stiffness: must be finite, not {self.stiffness!r}")
         if problems:
             raise InputError(problems)
+        within("numbers", self.points, "points")
 
     def amplitudes(self, spring: Spring) -> tuple[float, float]:
         """Lowest and highest amplitude for a spring, radians."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 
 __all__ = ["HarmonicOptions"]
 
@@ -67,3 +68,5 @@ class HarmonicOptions:
             problems.append(f"speed_ratio_range: needs 0 < low < high, finite, not {(low, high)!r}")
         if problems:
             raise InputError(problems)
+        within("harmonics", self.harmonics or 0, "harmonics")
+        within("harmonics", self.max_harmonics, "max_harmonics")

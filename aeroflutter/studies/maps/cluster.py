@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 from aeroflutter.errors import AeroflutterError, InputError
-from aeroflutter.studies.maps.study import Outcome, Study, Task, carry_out
+from aeroflutter.studies.maps.study import Outcome, Task, Work, carry_out
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -17,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Cluster"]
 
 CONNECT_SECONDS = 10
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss)://\S+:\d{1,5}")
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Cluster:
         with _client(self.address) as client:
             return int(sum(client.nthreads().values()))
 
-    def run(self, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
         """Outcomes as they come."""
         with _client(self.address) as client:
             _check_versions(client)
@@ -65,7 +69,7 @@ class Cluster:
 _KILLED = "its workers died again and again"
 
 
-def _round(client: Client, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]:
+def _round(client: Client, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
     """Each task once, a few more at a time than there are threads."""
     from distributed import as_completed
 
@@ -88,7 +92,7 @@ def _round(client: Client, study: Study, tasks: Sequence[Task]) -> Iterator[Outc
             submit()
 
 
-def _compute(study: Study, task: Task) -> tuple[Any, float, str | None]:
+def _compute(study: Work, task: Task) -> tuple[Any, float, str | None]:
     """One block on a worker, compiled before its time is taken."""
     study.warm_up()
     outcome = carry_out(study, task)
@@ -111,27 +115,59 @@ def _outcome(future: Any, task: Task) -> Outcome:
 
 def _client(address: str) -> Client:
     try:
-        from distributed import Client
+        from distributed import Client, Security
     except ImportError:
         raise InputError(
             "--scheduler: needs Dask; install it with `pip install aeroflutter[cluster]`"
         ) from None
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what ails it is raised
+    if not _ADDRESS.fullmatch(address):
+        raise InputError(f"--scheduler {address}: must be an address as in tcp://10.0.0.1:8786")
+    safe = address.startswith(("tls:", "wss:"))
+    if safe and Security().get_connection_args("client").get("ssl_context") is None:
+        raise InputError(
+            f"--scheduler {address}: needs certificates; name them in Dask's configuration, "
+            "distributed.comm.tls"
+        )
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what ails it is raised
+    # Something that listens there and is no scheduler may never answer, whatever the timeout.
+    asking = Future[Any]()
+    Thread(target=_ask, args=(asking, Client, address), daemon=True).start()
     try:
-        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
+        return asking.result(timeout=2 * CONNECT_SECONDS)
+    except Exception as error:  # noqa: BLE001 - a scheduler of another version may raise anything
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"--scheduler {address}: no Dask scheduler answers ({reason})") from None
 
 
+def _ask(asking: Future[Any], Client: Any, address: str) -> None:
+    try:
+        asking.set_result(Client(address, timeout=CONNECT_SECONDS, set_as_default=False))
+    except Exception as error:  # noqa: BLE001 - raised where it is waited for
+        asking.set_exception(error)
+
+
 def _check_versions(client: Client) -> None:
     """Refuse workers whose numbers would not be those of this process."""
-    if not client.nthreads():
+    address = client.scheduler_info()["address"]
+    try:
         client.wait_for_workers(1, timeout=CONNECT_SECONDS)
+    except TimeoutError:
+        raise InputError(
+            f"--scheduler {address}: has no workers; start some with `dask worker {address}`"
+        ) from None
     here = _fingerprint()
-    for worker, there in client.run(_fingerprint).items():
+    for worker, there in client.run(_fingerprint, on_error="return").items():
+        if isinstance(there, BaseException):
+            what = " ".join(f"{type(there).__name__}: {there}".split())
+            raise InputError(
+                f"--scheduler {address}: worker {worker} lacks aeroflutter, or cannot load it "
+                f"({what}); install this version where the workers run"
+            )
         if there != here:
-            raise InputError(f"--scheduler: worker {worker} runs another version of aeroflutter")
+            raise InputError(
+                f"--scheduler {address}: worker {worker} runs another version of aeroflutter; "
+                "install this one there"
+            )
 
 
 def _fingerprint() -> str:

@@ -16,7 +16,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from aeroflutter.errors import AeroflutterError
-from aeroflutter.studies.maps.study import Outcome, Study, Task, carry_out
+from aeroflutter.studies.maps.study import Outcome, Task, Work, carry_out
 
 __all__ = ["MOST_DEATHS", "Processes", "Threads", "cores"]
 
@@ -34,7 +34,7 @@ class Threads:
 
     workers: int = 1
 
-    def run(self, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
         """Outcomes as they come."""
         waiting = deque(tasks)
         running: set[Future[Outcome]] = set()
@@ -73,13 +73,13 @@ class Processes:
 
     workers: int
 
-    def run(self, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    def run(self, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
         """Outcomes as they come."""
         return _Pool(self.workers, study, tasks).outcomes()
 
 
 class _Pool:
-    def __init__(self, workers: int, study: Study, tasks: Sequence[Task]) -> None:
+    def __init__(self, workers: int, study: Work, tasks: Sequence[Task]) -> None:
         self.size, self.study = workers, study
         self.waiting = deque(tasks)
         self.deaths: dict[int, int] = {}
@@ -160,7 +160,7 @@ class _Pool:
             worker.pipe.close()
 
 
-def _start(study: Study) -> _Worker:
+def _start(study: Work) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_work, args=(there, study), daemon=True)
@@ -169,7 +169,7 @@ def _start(study: Study) -> _Worker:
     return _Worker(process, here)
 
 
-def _work(pipe: Connection, study: Study) -> None:
+def _work(pipe: Connection, study: Work) -> None:
     """A worker: computes what comes through the pipe until there is no one at its other end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     try:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 
 __all__ = ["Axis", "Block", "Grid"]
 
@@ -97,6 +98,7 @@ class Grid:
         both = {self.x.key, self.y.key}
         if len(both) == 1 or both == set(speeds):
             raise InputError(f"{self.y.key}: stands on both axes; let them vary two things")
+        within("cells", self.cells, "map")
 
     @property
     def shape(self) -> tuple[int, int]:

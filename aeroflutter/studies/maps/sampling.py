@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
+from aeroflutter.limits import within
 
 __all__ = ["DESIGNS", "KINDS", "Distribution", "parse_distribution", "sample"]
 
@@ -195,6 +196,7 @@ def sample(
         problems.append(f"design: {design!r} is unknown; one of {', '.join(DESIGNS)}")
     if problems:
         raise InputError(problems)
+    within("samples", number, "sample")
     names = list(distributions)
     probability = _probabilities(names, number, seed, design)
     return {

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Executor", "Outcome", "Results", "Study", "Task", "Variable", "carry_out"]
+__all__ = ["Executor", "Outcome", "Results", "Study", "Task", "Variable", "Work", "carry_out"]
 
 AnyArray = NDArray[Any]
 Region = tuple[slice, ...]
@@ -63,17 +63,28 @@ class Outcome:
     failure: str | None = None
 
 
-class Study(Protocol):
-    """Obligations:
+class Work(Protocol):
+    """What an executor needs to know. Obligations:
 
     1. Instances can be pickled and depend on nothing outside themselves.
-    2. ``compute(task)`` returns one array a variable of the phase, of the shape of the region; it
-       depends on the task alone, not on what was computed before, elsewhere or at the same time.
-    3. ``tasks(phase, results)`` lists the blocks of a phase; those of the second phase may read
+    2. ``compute(task)`` depends on the task alone, not on what was computed before, elsewhere or
+       at the same time.
+    3. ``warm_up()`` compiles what ``compute`` calls, so that its time is not counted.
+    """
+
+    def compute(self, task: Task) -> dict[str, AnyArray]: ...
+
+    def warm_up(self) -> None: ...
+
+
+class Study(Work, Protocol):
+    """Work whose results are kept. Obligations besides:
+
+    1. ``compute(task)`` returns one array a variable of the phase, of the shape of the region.
+    2. ``tasks(phase, results)`` lists the blocks of a phase; those of the second phase may read
        the results of the first.
-    4. ``identity()`` holds, in JSON's types, whatever the results depend on.
-    5. ``describe(task)`` says in one line what the block was, for messages.
-    6. ``warm_up()`` compiles what ``compute`` calls, so that its time is not counted.
+    3. ``identity()`` holds, in JSON's types, whatever the results depend on.
+    4. ``describe(task)`` says in one line what the block was, for messages.
     """
 
     @property
@@ -95,13 +106,9 @@ class Study(Protocol):
 
     def tasks(self, phase: str, results: Results) -> list[Task]: ...
 
-    def compute(self, task: Task) -> dict[str, AnyArray]: ...
-
     def failed(self, task: Task) -> dict[str, AnyArray]: ...
 
     def describe(self, task: Task) -> str: ...
-
-    def warm_up(self) -> None: ...
 
 
 class Results(Protocol):
@@ -130,10 +137,10 @@ class Executor(Protocol):
     @property
     def workers(self) -> int: ...
 
-    def run(self, study: Study, tasks: Sequence[Task]) -> Iterator[Outcome]: ...
+    def run(self, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]: ...
 
 
-def carry_out(study: Study, task: Task) -> Outcome:
+def carry_out(study: Work, task: Task) -> Outcome:
     """Compute one task; an exception fails its block and no other."""
     begin = time.thread_time()
     try:
