@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from aeroflutter.errors import InputError
-from aeroflutter.model.lure import as_system
 from aeroflutter.limits import within
+from aeroflutter.model.lure import as_system
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
