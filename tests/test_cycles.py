@@ -273,6 +273,25 @@ def test_a_branch_of_doubled_period_ends_on_its_parent_and_does_not_close(run: s
     assert closed.onset.kind == "fold"
 
 
+@pytest.mark.parametrize("factor", [1.0, 0.9])
+def test_a_branch_of_doubled_period_ends_on_its_parent_whatever_the_round_off(
+    factor: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The branch leaves its parent where that grazes, with a kink: shorter internal steps change
+    how the walk meets it there, and nothing else."""
+    from aeroflutter.motion import step_tables
+
+    longest = step_tables._stretch
+    monkeypatch.setattr(step_tables, "_stretch", lambda *given: factor * longest(*given))
+    case = load_case("run103")
+    options = CycleOptions(speed_ratio_range=(0.67, 0.82), simulations=0, points=10)
+    found = limit_cycles(case.family(), case.spring, options).families
+    (doubled,) = (f for f in found if "period-doubling" in f.origin)
+    assert "comes back" in doubled.ends[1]
+    ends = sorted(doubled.cycles[i].speed_ratio for i in (0, -1))
+    assert np.allclose(ends, (0.709707, 0.720030), atol=2e-6)
+
+
 # --- invariances ---------------------------------------------------------------------------------
 
 

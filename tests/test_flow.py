@@ -11,7 +11,9 @@ import oracle_springs as oracle
 import pytest
 
 from aeroflutter import Bilinear, Freeplay, Hysteresis, Linear, Table
+from aeroflutter.motion._kernel_roots import WIDTH
 from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.step_tables import build
 from aeroflutter.springs import Spring
 from aeroflutter.springs._kernel_columns import STICK
 
@@ -87,6 +89,45 @@ def plain(motion: oracle.Motion) -> bool:
     """Whether no event of a motion comes near to not happening, or to happening once more."""
     slowest = min((event.speed for event in motion.events), default=1.0)
     return motion.clearance > 1e-6 and slowest > 1e-6
+
+
+@pytest.mark.parametrize("n", [1, 6, 30])
+def test_tables_are_the_matrix_exponential_to_round_off(n: int) -> None:
+    """All through the step, for badly scaled matrices far from normal, and their derivatives: the
+    exponential of [[A, B], [0, 0]] and of the block that its derivative makes, in long doubles."""
+    rng = np.random.default_rng(n)
+    scale = np.append(10.0 ** rng.uniform(-3, 3, n), [1.0, 1.0])
+    even = np.zeros((2, n + 2, n + 2))
+    even[:, :n] = rng.normal(size=(2, n, n + 2)) / n
+    even[:, :n, :n] += 10.0 * np.triu(rng.normal(size=(2, n, n)), 1) / n
+    d_even = even * rng.uniform(0.5, 1.5, even.shape)
+    units = scale[:, None] / scale
+    C = rng.normal(size=(1, n)) / scale[:n]
+    tables = build((even * units)[:, :n], C, d_generator=(d_even * units)[:, :n])
+    block = np.concatenate(
+        (np.concatenate((even, 0.0 * even), 2), np.concatenate((d_even, even), 2)), 1
+    )
+    for s in (0.31, 1.0):
+        powers = np.append(s ** np.arange(WIDTH), 0.0) if s < 1.0 else np.eye(WIDTH + 1)[-1]
+        for i, one in enumerate(block):
+            whole = exponential(one * (s * tables.step[i]))
+            for found, rows in ((tables.flow[i], slice(n)), (tables.d_flow[i], slice(n + 2, -2))):
+                M = (powers @ found).reshape(n, n + 2) / units[:n]
+                exact = whole[rows, : n + 2]
+                assert np.max(np.abs(M - exact)) < 4e-15 * max(1.0, np.max(np.abs(whole)))
+
+
+def exponential(matrix: np.ndarray) -> np.ndarray:
+    """By Taylor's series of a small part, squared again, with eleven bits to spare."""
+    halvings = max(0, int(np.ceil(np.log2(np.sum(np.abs(matrix), axis=1).max()))) + 2)
+    small = matrix.astype(np.longdouble) / 2**halvings
+    term = total = np.eye(len(matrix), dtype=np.longdouble)
+    for order in range(1, 25):
+        term = term @ small / order
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    return total
 
 
 def test_the_cases_hold_what_they_are_for() -> None:

@@ -25,6 +25,7 @@ from aeroflutter.studies.maps import (
     run,
 )
 from aeroflutter.studies.maps.attractors import label
+from aeroflutter.studies.maps.columns import Room, aim
 from aeroflutter.studies.maps.engines import FAILED
 from aeroflutter.studies.maps.refine import bisect
 from aeroflutter.studies.maps.results import MemoryResults
@@ -50,6 +51,16 @@ def cells(
         Axis("initial.alpha_deg", factor * np.linspace(*pitches)),
     )
     return SpeedPitch(family, spring, grid, flutter_speed(family))
+
+
+def test_a_cycle_that_a_column_knows_returns_to_the_section_once_a_loop_at_every_speed() -> None:
+    """Whatever round-off makes of the return with which its period ends."""
+    room = Room.of(FAMILY.c.size)
+    for speed in np.linspace(0.95, 0.99, 12) * FLUTTER:
+        flow = Flow(FAMILY.at(speed), [RUN14])
+        cycle = end_state(flow, [0.0, np.radians(14.0), 0.0, 0.0, 0.0, 0.0], 0.0).cycle
+        aim(flow, cycle, 0, room.targets)
+        assert room.targets.lag[0] == cycle.loops[0] == 1
 
 
 def test_blocks_cover_the_grid_once_whatever_its_shape() -> None:

@@ -8,8 +8,8 @@ a motion first enters it, and kept.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from functools import lru_cache
+from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ from aeroflutter.model.lure import as_system
 from aeroflutter.motion import _kernel_flow as kernel
 from aeroflutter.motion._kernel_flow import enter
 from aeroflutter.motion._kernel_proofs import Proofs, trapped
-from aeroflutter.motion._kernel_roots import SPACE, WIDTH
 from aeroflutter.motion.march import March
 from aeroflutter.motion.proofs import proofs_of, proofs_of_many
 from aeroflutter.motion.step_tables import StepTables, build
@@ -39,6 +38,7 @@ Index = NDArray[np.int64]
 
 EVENTS = 400  # switches that a passage may have
 AT_ONCE = 16  # modes whose tables are made at once
+TOGETHER = 8  # flows whose tables are made at once: their work space stays in the cache
 
 
 class Matrices(NamedTuple):
@@ -142,6 +142,53 @@ def _piece_table(spring: Spring) -> PieceTable | None:
     return spring.piece_table()
 
 
+class _Laws(NamedTuple):
+    """What all flows with the same springs share.
+
+    Attributes
+    ----------
+    springs, pieces
+        The simplest springs with these laws, and their tables.
+    memory, held
+        Whether each spring has one, (m,), and which do.
+    rows, sizes, strides
+        As in `_kernel_flow.System`.
+    places
+        Number of modes of all springs together that differ in a slope.
+    """
+
+    springs: tuple[Spring, ...]
+    pieces: list[PieceTable]
+    memory: NDArray[np.bool_]
+    held: Index
+    rows: Array
+    sizes: Array
+    strides: Index
+    places: int
+
+
+@lru_cache(maxsize=64)
+def _laws_of(springs: tuple[Spring, ...]) -> _Laws:
+    """Made once for all speeds."""
+    simple = tuple(simplify(spring) for spring in springs)
+    pieces = pieces_of(simple)
+    rows = np.zeros((len(pieces), max((piece.modes for piece in pieces), default=0), COLUMNS))
+    for law, piece in zip(rows, pieces, strict=True):
+        law[: piece.modes] = piece.rows
+    counts = np.array([piece.slopes.size for piece in pieces], dtype=np.int64)
+    memory = np.array([piece.memory for piece in pieces], dtype=bool)
+    return _Laws(
+        simple,
+        pieces,
+        memory,
+        np.flatnonzero(memory),
+        rows,
+        np.array([piece.size for piece in pieces]),
+        np.cumprod(counts) // counts,
+        int(np.prod(counts)),
+    )
+
+
 class Flow:
     """The piecewise flow of a system and its springs.
 
@@ -181,23 +228,8 @@ class Flow:
         step_cap: float | None = None,
         derivative: tuple[Array, Array] | None = None,
     ) -> None:
-        if step_cap is not None and not step_cap > 0.0:
-            raise InputError(f"step_cap: {step_cap!r} is not a positive number")
-        self.system = system
-        self.springs = tuple(simplify(spring) for spring in springs)
-        self.pieces = pieces_of(self.springs)
-        self.A, self.B, self.C, self.d = matrices_of(system)
-        self.n, self.m = self.B.shape
-        if self.m != len(self.pieces):
-            raise InputError(f"springs: {len(self.pieces)} for a system with {self.m} outputs")
-        self.memory = np.array([piece.memory for piece in self.pieces])
-        self.held = np.flatnonzero(self.memory)
-        self._cap = np.inf if step_cap is None else float(step_cap)
-        self._derivative = derivative
-        self._proofs: Proofs | None = None
-        self.arrays = self._blank()
-        if self.arrays.lookup.size <= AT_ONCE:
-            self.prepare(np.arange(self.arrays.lookup.size))
+        self._blank(system, springs, step_cap, derivative)
+        _fill([self])
 
     @classmethod
     def many(
@@ -210,47 +242,43 @@ class Flow:
         systems, springs, step_cap
             As for one.
         """
-        first = cls(systems[0], springs, step_cap)
-        count = first.arrays.step.size
-        if count < first.arrays.lookup.size or np.any(first.d):
-            return [first, *(cls(system, springs, step_cap) for system in systems[1:])]
-        slopes = first.slopes_at(np.arange(count))
-        flows, generators = [], []
-        for system in systems:
-            flow = copy(first)
-            flow.system, (flow.A, flow.B, flow.C, flow.d) = system, matrices_of(system)
-            flows.append(flow)
-            generators.append(_closed(flow.A, flow.B, flow.C, slopes))
-        tables = build(np.concatenate(generators), first.C, first._cap)
-        for i, flow in enumerate(flows):
-            own = StepTables(*(part[i * count : (i + 1) * count] for part in tables))
-            flow._take(own)
-        for flow, proofs in zip(flows, proofs_of_many(flows), strict=True):
-            flow._proofs = proofs
+        flows = [cls.__new__(cls) for _ in systems]
+        for flow, system in zip(flows, systems, strict=True):
+            flow._blank(system, springs, step_cap)
+        _fill(flows)
+        if len({flow.arrays.generator.shape for flow in flows}) == 1:
+            for flow, proofs in zip(flows, proofs_of_many(flows), strict=True):
+                flow._proofs = proofs
         return flows
 
     # --- tables
 
-    def _blank(self) -> kernel.System:
-        """The numbers of the system before any mode has its table."""
-        laws = np.zeros((self.m, max(piece.modes for piece in self.pieces), COLUMNS))
-        for law, piece in zip(laws, self.pieces, strict=True):
-            law[: piece.modes] = piece.rows
-        counts = np.array([piece.slopes.size for piece in self.pieces], dtype=np.int64)
-        width = self.n + self.m + bool(np.any(self.d))
-        return kernel.System(
-            self.C,
-            laws,
-            np.array([piece.size for piece in self.pieces]),
-            np.cumprod(counts) // counts,
-            np.full(int(np.prod(counts)), -1, dtype=np.int64),
-            step=np.empty(0),
-            lines=np.empty((0, 0, 0)),
-            flow=np.empty((0, 0, 0)),
-            generator=np.empty((0, 0, 0)),
-            d_flow=np.empty((0, 0, 0)),
-            noise=np.zeros((self.m, width)),
-        )
+    def _blank(
+        self,
+        system: Any,
+        springs: Sequence[Spring],
+        step_cap: float | None,
+        derivative: tuple[Array, Array] | None = None,
+    ) -> None:
+        """Take up all that is given, before any mode has its table."""
+        if step_cap is not None and not step_cap > 0.0:
+            raise InputError(f"step_cap: {step_cap!r} is not a positive number")
+        laws = _laws_of(tuple(springs))
+        self.springs, self.pieces, self.memory, self.held = laws[:4]
+        self.system, self._cap = system, np.inf if step_cap is None else float(step_cap)
+        self.A, self.B, self.C, self.d = matrices_of(system)
+        self.n, self.m = self.B.shape
+        if self.m != len(self.pieces):
+            raise InputError(f"springs: {len(self.pieces)} for a system with {self.m} outputs")
+        self._derivative = derivative
+        self._proofs: Proofs | None = None
+        self._pushes = np.column_stack((self.B, self.d)) if np.any(self.d) else self.B
+        none = np.empty((0, 0, 0))
+        self.arrays = kernel.System(
+            self.C, laws.rows, laws.sizes, laws.strides, np.full(laws.places, -1, dtype=np.int64),
+            np.empty(0), none, none, none, none,
+            np.zeros((self.m, self.n + self._pushes.shape[1])),
+        )  # fmt: skip
 
     def slopes_at(self, places: ArrayLike) -> Array:
         """Slope of each spring in the modes at these places of `lookup`, (k, m)."""
@@ -264,20 +292,18 @@ class Flow:
     def prepare(self, places: Index) -> None:
         """Make the tables of the modes at these places of `lookup`."""
         slopes = self.slopes_at(places)
-        inputs = self.B if not np.any(self.d) else np.column_stack((self.B, self.d))
-        found = build(_closed(self.A, inputs, self.C, slopes), self.C, self._cap, self._d(slopes))
-        old = StepTables(*self.arrays[5:10])
-        tables = found if old.step.size == 0 else StepTables(*map(_joined, old, found))
-        self.arrays.lookup[places] = old.step.size + np.arange(places.size)
-        self._take(tables)
+        generators = _closed(self.A, self._pushes, self.C, slopes)
+        self._take(places, build(generators, self.C, self._cap, self._d(slopes)))
 
-    def _take(self, tables: StepTables) -> None:
-        """Enter the tables, and the round-off that goes with them."""
-        width = self.n + self.inputs
-        lines = tables.lines[:, :width, : 2 * self.m * SPACE]
-        bernstein = lines.reshape(-1, width, self.m, 2, SPACE)[..., 0, :WIDTH]
-        noise = np.max(np.abs(bernstein), axis=(0, 3)).T
-        self.arrays = self.arrays._replace(**tables._asdict(), noise=np.ascontiguousarray(noise))
+    def _take(self, places: Index, tables: StepTables) -> None:
+        """Enter tables, and the round-off that goes with them."""
+        old = self.arrays
+        old.lookup[places] = old.step.size + np.arange(places.size)
+        if old.step.size:
+            known = *old[5:10], old.noise[None]
+            tables = StepTables(*map(np.concatenate, zip(known, tables, strict=True)))
+        entered = tables._replace(noise=np.max(tables.noise, axis=0))
+        self.arrays = old._replace(**entered._asdict())
 
     @property
     def proofs(self) -> Proofs:
@@ -437,6 +463,24 @@ class Flow:
         return np.asarray(self.arrays.generator[self.table(point.modes)] @ self.entries(point))
 
 
+def _fill(flows: Sequence[Flow]) -> None:
+    """Make the tables of flows with the same springs, if there are few enough to make them all."""
+    count = flows[0].arrays.lookup.size
+    if count > AT_ONCE:
+        return
+    places = np.arange(count)
+    slopes = flows[0].slopes_at(places)
+    for _, alike in groupby(flows, key=lambda flow: flow.inputs):
+        while batch := list(islice(alike, TOGETHER)):
+            generators = [_closed(flow.A, flow._pushes, flow.C, slopes) for flow in batch]
+            given = [d for flow in batch if (d := flow._d(slopes)) is not None]
+            derivatives = np.concatenate(given) if given else None
+            tables = build(np.concatenate(generators), batch[0].C, batch[0]._cap, derivatives)
+            for i, flow in enumerate(batch):
+                own = slice(i * count, (i + 1) * count)
+                flow._take(places, StepTables(*(part[own] for part in tables)))
+
+
 def matrices_of(system: Any) -> Matrices:
     """The arrays of a system, contiguous."""
     whole = as_system(system)
@@ -446,10 +490,8 @@ def matrices_of(system: Any) -> Matrices:
 
 def _closed(A: Array, inputs: Array, C: Array, slopes: Array) -> Array:
     """[A - B diag(k) C, inputs] for each row of slopes, (k, n, n+q); B is in the first columns."""
-    m = C.shape[0]
-    closed = A - np.einsum("im,km,mj->kij", inputs[:, :m], slopes, C)
-    return np.concatenate((closed, np.broadcast_to(inputs, (len(slopes), *inputs.shape))), axis=2)
-
-
-def _joined(old: Array, new: Array) -> Array:
-    return np.concatenate((old, new))
+    m, n = C.shape
+    closed = np.empty((len(slopes), n, n + inputs.shape[1]))
+    closed[:, :, n:] = inputs
+    closed[:, :, :n] = A - (inputs[:, :m] * slopes[:, None]) @ C
+    return closed

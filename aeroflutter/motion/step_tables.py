@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from functools import cache
-from math import comb
+from math import comb, factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -29,8 +29,9 @@ Array = NDArray[np.float64]
 
 ORDER = 30  # of the Taylor series before it is economised
 ROUND_OFF = 2.0**-53
-LEAST, MOST = -6.0, 8.0  # powers of two of a step times the norm of A: the norm bounds it below
-HALVINGS = 14  # of that range
+STRETCHES = 2.0 ** (np.arange(40, 8 * 32 + 1) / 32.0)
+"""Steps times the norm of A among which the longest that fits is taken; the first always does."""
+LEADING = 8  # inputs grow with the time at first, whatever comes later
 
 
 class StepTables(NamedTuple):
@@ -50,6 +51,8 @@ class StepTables(NamedTuple):
         [A, B], (k, n, n+q).
     d_flow
         Derivative of `flow` with respect to a parameter, (k, w + 1, n (n+q)), or (k, 0, 0).
+    noise
+        Largest Bernstein coefficient of each output a unit of each entry of (x, u), (k, m, n+q).
     """
 
     step: Array
@@ -57,6 +60,7 @@ class StepTables(NamedTuple):
     flow: Array
     generator: Array
     d_flow: Array
+    noise: Array
 
 
 def padded(size: int) -> int:
@@ -138,96 +142,128 @@ def build(
         Derivative of the generators with respect to a parameter, (k, n, n+q).
     """
     k, n, width = generator.shape
-    to_bernstein, to_power, dropped = conversions()
-    norm, weights = _norms(generator[..., :n])
+    m, size = C.shape[0], n * width
+    convert = _conversions()
+    weights = _weights(generator)
+    norm = np.max(np.sum((np.abs(generator) * weights)[..., :n], axis=2), axis=1)
     unit = 1.0 / np.where(norm > 0.0, norm, 1.0)
-    terms = _taylor(generator, unit)
-    stretch = _stretch(_sizes(terms, weights), dropped)
-    step = np.minimum(np.where(norm > 0.0, stretch * unit, np.inf), cap)
-    step[~np.isfinite(step)] = 1.0
-    terms *= (step / unit)[:, None, None] ** np.arange(ORDER + 1)[:, None, None, None]
-    flow = _economised(terms, to_power)
-    m = C.shape[0]
+    powers = _powers(generator, d_generator, unit)
+    step = np.minimum(_stretch(powers[:, :n], weights) * unit, cap)
+    step[norm == 0.0] = cap if np.isfinite(cap) else 1.0
+    factors = convert.reciprocal * (step / unit)[:, None] ** np.arange(ORDER + 1)
+    terms = np.empty((k, ORDER + 1, powers.shape[1], width))
+    np.multiply(np.swapaxes(powers, 1, 2), factors[:, :, None, None], out=terms)
+    rows = terms.reshape(k, ORDER + 1, -1)
+    flow = _economised(rows[..., :size], convert.to_power)
+    outputs = (C @ powers[:, :n].reshape(k, n, -1)).reshape(k, m, ORDER + 1, width)
+    both = convert.to_both @ (outputs * factors[:, None, :, None])
     lines = np.zeros((k, padded(width), 2 * m * SPACE + padded(n)))
-    outputs = (C @ terms).reshape(ORDER + 1, k * C.shape[0] * width)
-    for place, convert in enumerate((to_bernstein, to_power)):
-        rows = (convert @ outputs).reshape(WIDTH, k, m, width)
-        for i in range(m):
-            begin = (2 * i + place) * SPACE
-            lines[:, :width, begin : begin + WIDTH] = np.moveaxis(rows[:, :, i], 0, -1)
-    lines[:, :width, 2 * m * SPACE : 2 * m * SPACE + n] = np.swapaxes(
-        flow[:, WIDTH].reshape(k, n, width), 1, 2
-    )
+    lines[:, :width, : 2 * m * SPACE] = np.swapaxes(both.reshape(k, -1, width), 1, 2)
+    ends = np.swapaxes(flow[:, WIDTH].reshape(k, n, width), 1, 2)
+    lines[:, :width, 2 * m * SPACE : 2 * m * SPACE + n] = ends
     d_flow = np.empty((k, 0, 0))
     if d_generator is not None:
-        d_flow = _economised(_d_taylor(generator, d_generator, step, terms), to_power)
-    return StepTables(step, lines, flow, np.ascontiguousarray(generator), d_flow)
+        d_flow = _economised(rows[..., size:], convert.to_power)
+    noise = np.max(np.abs(both[:, :, :WIDTH]), axis=2)
+    return StepTables(step, lines, flow, np.ascontiguousarray(generator), d_flow, noise)
 
 
-def _norms(A: Array) -> tuple[Array, Array]:
-    """Largest sum of a row of each balanced matrix, (k,), and the weights of balance, (k, n)."""
-    weights = np.array([balance(one) for one in A]).reshape(A.shape[:2])
-    sums = np.sum(np.abs(A) * weights[:, None, :], axis=2) / weights
-    return np.max(sums, axis=1), weights
+class _Conversions(NamedTuple):
+    """What economises Taylor terms j <= ORDER: rows of coefficients, columns of terms.
+
+    Attributes
+    ----------
+    to_both
+        To Bernstein and to power coefficients, (2 SPACE, ORDER+1), filled up with zeros.
+    to_power
+        To power coefficients, (WIDTH, ORDER+1).
+    reciprocal
+        1/j!, (ORDER+1,).
+    lost
+        What economising and truncating at each of `STRETCHES` lose of a power of unit size, over
+        round-off, (ORDER+1, s).
+    leading
+        `STRETCHES` to the first powers, over their factorials, (LEADING, s).
+    """
+
+    to_both: Array
+    to_power: Array
+    reciprocal: Array
+    lost: Array
+    leading: Array
 
 
-def _taylor(generator: Array, unit: Array) -> Array:
-    """Taylor terms of [e^{At}, ∫ e^{Aσ} B] at t = `unit`, (ORDER+1, k, n, n+q)."""
-    k, n, width = generator.shape
-    scaled = generator * unit[:, None, None]
-    terms = np.zeros((ORDER + 1, k, n, width))
-    terms[0, :, np.arange(n), np.arange(n)] = 1.0
-    terms[1] = scaled
-    for order in range(2, ORDER + 1):
-        np.matmul(scaled[..., :n], terms[order - 1], out=terms[order])
-        terms[order] /= order
-    return terms
+@cache
+def _conversions() -> _Conversions:
+    to_bernstein, to_power, dropped = conversions()
+    to_both = np.zeros((2, SPACE, ORDER + 1))
+    to_both[0, :WIDTH], to_both[1, :WIDTH] = to_bernstein, to_power
+    orders = np.arange(ORDER + 1)
+    reciprocal = np.array([1.0 / factorial(j) for j in orders])
+    terms = reciprocal[:, None] * STRETCHES ** orders[:, None]
+    lost = dropped + 8.0 * (orders == ORDER)
+    return _Conversions(
+        to_both.reshape(2 * SPACE, -1),
+        to_power,
+        reciprocal,
+        lost[:, None] * terms / ROUND_OFF,
+        terms[:LEADING],
+    )
 
 
-def _d_taylor(generator: Array, d_generator: Array, step: Array, terms: Array) -> Array:
-    """Derivative of the Taylor terms at t = `step` when the generators change."""
+def _weights(generator: Array) -> Array:
+    """What takes the entries of [A, B] to balanced coordinates of the states, (k, n, n+q)."""
     n = generator.shape[1]
-    scaled, d_scaled = generator * step[:, None, None], d_generator * step[:, None, None]
-    d_terms = np.zeros_like(terms)
-    d_terms[1] = d_scaled
-    for order in range(2, ORDER + 1):
-        d_terms[order] = (
-            scaled[..., :n] @ d_terms[order - 1] + d_scaled[..., :n] @ terms[order - 1]
-        ) / order
-    return d_terms
+    own = np.array([balance(one) for one in generator[..., :n]])[:, :, None]
+    weights = np.empty(generator.shape)
+    np.divide(1.0, own, out=weights[..., n:])
+    np.divide(np.swapaxes(own, 1, 2), own, out=weights[..., :n])
+    return weights
 
 
-def _sizes(terms: Array, weights: Array) -> Array:
-    """Largest entry of each Taylor term in balanced coordinates, state and input apart."""
-    n = weights.shape[1]
-    balanced = np.abs(terms) / weights[:, :, None]
-    balanced[..., :n] *= weights[:, None, :]
-    state = np.max(balanced[..., :n], axis=(2, 3))
-    return np.stack((state, np.max(balanced[..., n:], axis=(2, 3), initial=0.0)))
+def _powers(generator: Array, d_generator: Array | None, unit: Array) -> Array:
+    """Powers A^(j-1) [A, B] of generators times `unit`, from [I, 0] on, (k, r, ORDER+1, n+q).
+
+    The r rows are those of the states and, behind them, of their derivatives: those of
+    [[A, 0], [dA, A]]. Each pass doubles the number of powers.
+    """
+    k, n, width = generator.shape
+    r = n if d_generator is None else 2 * n
+    powers = np.zeros((k, r, (ORDER + 1) * width))
+    powers[:, np.arange(n), np.arange(n)] = 1.0
+    np.multiply(generator, unit[:, None, None], out=powers[:, :n, width : 2 * width])
+    if d_generator is not None:
+        np.multiply(d_generator, unit[:, None, None], out=powers[:, n:, width : 2 * width])
+    factor, done = np.zeros((k, r, r)), 1
+    while done < ORDER:
+        last = powers[:, :, done * width : done * width + n]
+        factor[:, :, :n] = last
+        factor[:, n:, r - n :] = last[:, : r - n]
+        more = min(done, ORDER - done)
+        known = powers[:, :, width : (1 + more) * width]
+        powers[:, :, (1 + done) * width : (1 + done + more) * width] = factor @ known
+        done += more
+    return powers.reshape(k, r, ORDER + 1, width)
 
 
-def _stretch(sizes: Array, dropped: Array) -> Array:
-    """How many units of time the economised series is exact to round-off for, (k,)."""
-    low, high = np.full(sizes.shape[2], LEAST), np.full(sizes.shape[2], MOST)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        fits = _fits(sizes, dropped, 2.0**middle)
-        low, high = np.where(fits, middle, low), np.where(fits, high, middle)
-    return np.asarray(2.0**low)
+def _stretch(powers: Array, weights: Array) -> Array:
+    """How many units of time the economised series is exact to round-off for, (k,).
+
+    The largest entries count, in balanced coordinates; those of the inputs apart, and in
+    proportion to what the inputs make of the states.
+    """
+    n, convert = powers.shape[1], _conversions()
+    sizes = np.max(np.abs(powers) * weights[:, :, None], axis=1)
+    state, inputs = np.max(sizes[..., :n], axis=2), np.max(sizes[..., n:], axis=2, initial=0.0)
+    most = np.max(inputs[:, :LEADING, None] * convert.leading, axis=1)
+    fits = (state @ convert.lost <= 1.0) & (inputs @ convert.lost <= most)
+    fits[:, 0] = True
+    return np.asarray(STRETCHES[STRETCHES.size - 1 - np.argmax(fits[:, ::-1], axis=1)])
 
 
-def _fits(sizes: Array, dropped: Array, stretch: Array) -> NDArray[np.bool_]:
-    """Whether economising and truncating stay below round-off at `stretch` units of time."""
-    state, inputs = sizes * stretch ** np.arange(ORDER + 1)[:, None]
-    fits = dropped @ state + 8.0 * state[ORDER] <= ROUND_OFF
-    fits &= dropped @ inputs + 8.0 * inputs[ORDER] <= ROUND_OFF * np.max(inputs, axis=0)
-    return np.asarray(fits)
-
-
-def _economised(terms: Array, to_power: Array) -> Array:
-    """Power coefficients of the economised series and its sum at 1, (k, w + 1, n (n+q))."""
-    _, k, n, width = terms.shape
-    rows = terms.reshape(ORDER + 1, k * n * width)
-    whole = np.sum(rows[::-1], axis=0)  # smallest terms first
-    found = np.concatenate((to_power @ rows, whole[None]))
-    return np.ascontiguousarray(np.swapaxes(found.reshape(WIDTH + 1, k, n * width), 0, 1))
+def _economised(rows: Array, to_power: Array) -> Array:
+    """Power coefficients of economised series (k, ORDER+1, s), and their sums at 1, (k, w+1, s)."""
+    found = np.empty((rows.shape[0], WIDTH + 1, rows.shape[2]))
+    np.matmul(to_power, rows, out=found[:, :WIDTH])
+    np.sum(rows[:, ::-1], axis=1, out=found[:, WIDTH])  # smallest terms first
+    return found

@@ -177,7 +177,7 @@ def _walk(
         if state is old:
             continue
         events, known = walk.events[known:], len(walk.events)
-        if leg.comes_back(old, state):
+        if leg.comes_back(old.x, state.x):
             strand.stop = BACK
             return old.x, old.tangent
         strand.stop = _note(leg, strand, _happenings(leg, old, state, located(leg, events)))
@@ -207,7 +207,11 @@ def _walk(
 
 
 def _corner(leg: Leg, strand: Strand) -> tuple[Array, Array] | None:
-    """A start and a direction beyond a corner at the end of a strand, which is marked."""
+    """A start and a direction beyond a corner at the end of a strand, which is marked.
+
+    A branch may end at a corner: where its parent grazes, it leaves it with a kink, and beyond it
+    would only come back half a period late.
+    """
     while strand.end.cycle.closure > _CLOSE and strand.end.leg is leg and not strand.end.seam:
         strand.places.pop()  # beyond the corner, where Newton's method only seemed to converge
     near = strand.end.at - _COINCIDE
@@ -215,6 +219,9 @@ def _corner(leg: Leg, strand: Strand) -> tuple[Array, Array] | None:
     if before is None:
         return None
     found = turned(leg, strand.end.state, leg.switches(before.state.x))
+    if found is not None and leg.comes_back(before.state.x, found[0]):
+        strand.stop = BACK
+        return None
     if found is not None:
         reverses = found[1][-1] * (strand.end.state.x - before.state.x)[-1] < 0
         while strand.places[-2].kind == "grazing" and strand.places[-2].at > near:

@@ -89,12 +89,12 @@ class Leg:
         above = x[-3] > spring.h_high - slack
         return ((_STOP, int(above)),) if above or x[-3] < spring.h_low + slack else ()
 
-    def comes_back(self, old: State, new: State) -> bool:
-        """Whether the curve passes a cycle of half the period between two states.
+    def comes_back(self, old: Array, new: Array) -> bool:
+        """Whether the curve passes a cycle of half the period between two points.
 
         What the cycles differ from one by vanishes there and goes on with the other sign.
         """
-        return any(self._unlike(old.x, s) @ self._unlike(new.x, s) < 0.0 for s in self.halves)
+        return any(self._unlike(old, s) @ self._unlike(new, s) < 0.0 for s in self.halves)
 
     def _unlike(self, x: Array, sign: float) -> Array:
         """z(T/2) - sign z, in sizes, (m,)."""

@@ -13,7 +13,7 @@ from aeroflutter.motion._kernel_flow import AT_SWITCH, LAST, STOPPED
 from aeroflutter.motion._kernel_proofs import LCO
 from aeroflutter.motion._kernel_roots import ABOVE
 from aeroflutter.motion.endstates import EndOptions, Settling
-from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.flow import EVENTS, Flow
 from aeroflutter.motion.march import March, workspace
 from aeroflutter.studies.maps import _kernel_column as kernel
 
@@ -33,7 +33,27 @@ class Column(NamedTuple):
     time: Array
 
 
-def decide_cells(flow: Flow, states: Array, memory: Array, options: EndOptions) -> Column:
+class Room(NamedTuple):
+    """Work space of columns with as many states, one after another.
+
+    Attributes
+    ----------
+    paths, targets
+        What is known of the column at hand.
+    """
+
+    paths: kernel.Paths
+    targets: kernel.Targets
+
+    @classmethod
+    def of(cls, n: int) -> Room:
+        """Work space for n states."""
+        return cls(_no_paths(n), _no_targets(n))
+
+
+def decide_cells(
+    flow: Flow, states: Array, memory: Array, options: EndOptions, room: Room | None = None
+) -> Column:
     """End states of cells that share a flow of one spring, in their order.
 
     Parameters
@@ -44,8 +64,11 @@ def decide_cells(flow: Flow, states: Array, memory: Array, options: EndOptions) 
         Where the cells start, (c, n) and (c,).
     options
         When an end state is settled.
+    room
+        Work space, if it is not to be made anew.
     """
-    decided = _Decided(flow, np.array(states), np.array(memory)[:, None], options)
+    room = room or Room.of(flow.n)
+    decided = _Decided(flow, np.array(states), np.array(memory)[:, None], options, room)
     decided.run()
     numbers = decided.numbers
     columns = (ends.AMPLITUDE, ends.BIAS, ends.PERIOD, ends.REST, ends.TIME)
@@ -55,8 +78,10 @@ def decide_cells(flow: Flow, states: Array, memory: Array, options: EndOptions) 
 class _Decided:
     """Cells on their way to their end states: the kernel, and what it leaves to its caller."""
 
-    def __init__(self, flow: Flow, states: Array, memories: Array, options: EndOptions) -> None:
-        n, count = flow.n, states.shape[0]
+    def __init__(
+        self, flow: Flow, states: Array, memories: Array, options: EndOptions, room: Room
+    ) -> None:
+        count = states.shape[0]
         self.flow, self.states, self.memories, self.longest = (
             flow,
             states,
@@ -66,8 +91,7 @@ class _Decided:
         self.codes = np.empty((count, 2), dtype=np.int64)
         self.numbers = np.empty((count, ends.NUMBERS))
         self.settling = Settling(flow, states[:1], memories[:1], options, share=True)
-        self.paths = _no_paths(n)
-        self.targets = _no_targets(n)
+        self.paths, self.targets = room
         self.motion = workspace(flow)
         self.memo = np.zeros(kernel.MEMOS, dtype=np.int64)
 
@@ -133,21 +157,34 @@ def _no_targets(n: int) -> kernel.Targets:
 def aim(flow: Flow, cycles: ends.Cycles, j: int, targets: kernel.Targets) -> None:
     """Enter known cycle j among the targets, if it returns to the section."""
     n, period, gate = flow.n, float(cycles.period[j]), flow.pieces[0].modes - 2
-    point = flow.begin(cycles.z[j, :n], cycles.z[j, n:])
-    march, mode = March(flow, point), -1
+    targets.lag[j] = 0
+    start = flow.begin(cycles.z[j, :n], cycles.z[j, n:])
+    round_once = March(flow, start, events=EVENTS)
+    round_once.run(period)
+    lag = _returns(round_once, int(start.modes[0]), gate)
+    if lag == 0:
+        return
+    march, mode = March(flow, start), -1
     while mode != gate or march.motion.memo[LAST] != ABOVE:
         mode = int(march.motion.modes[0])
         if march.run(period, stop=AT_SWITCH) != STOPPED:
             return
     point = march.point()
     passage = flow.passage(np.append(point.x, point.memory[flow.held]), period)
-    before = [int(point.modes[0])] + [mode for _, mode in passage.switches]
     rate, size = flow.rate(point), cycles.size[j, :n]
     along = flow.C[0] @ passage.jacobian[:n, :n] / (flow.C[0] @ rate)
     Q = (passage.jacobian[:n, :n] - np.outer(rate, along)) * size / size[:, None]
     targets.point[j], targets.size[j], targets.Q[j] = point.x, size, Q
     targets.rho[j] = contraction(targets.Q[j], float(cycles.radius[j]), targets.P[j])
-    targets.lag[j] = sum(
-        kind == ABOVE and mode == gate
-        for (kind, _), mode in zip(passage.switches, before, strict=False)
-    )
+    targets.lag[j] = lag
+
+
+def _returns(march: March, mode: int, gate: int) -> int:
+    """How often a motion has come to the section that began in a mode.
+
+    Counted from its maximum: over a period that begins on the section, round-off would decide
+    whether the last return is one.
+    """
+    events = march.events()
+    before = np.append(mode, events[:-1, 2])
+    return int(np.sum((events[:, 1] == ABOVE) & (before == gate)))

@@ -91,7 +91,7 @@ def _batches(groups: Iterator[Group], size: int) -> Iterator[list[Group]]:
 def _exact(groups: list[Group], options: SimulateOptions) -> Iterator[tuple[Group, Ends]]:
     from aeroflutter.motion.endstates import EndOptions
     from aeroflutter.motion.flow import Flow
-    from aeroflutter.studies.maps.columns import decide_cells
+    from aeroflutter.studies.maps.columns import Room, decide_cells
 
     limits = EndOptions(
         cycles=options.cycles,
@@ -101,11 +101,12 @@ def _exact(groups: list[Group], options: SimulateOptions) -> Iterator[tuple[Grou
     )
     springs = each(groups[0].spring)
     flows = Flow.many([group.system for group in groups], springs, options.step_cap)
+    room = Room.of(flows[0].n)
     for flow, group in zip(flows, groups, strict=True):
         if flow.m > 1:
             yield group, _together(flow, group, limits)
             continue
-        found = decide_cells(flow, group.states, group.memory, limits)
+        found = decide_cells(flow, group.states, group.memory, limits, room)
         yield group, Ends(found.state.astype(np.int8), *found[1:])
 
 
