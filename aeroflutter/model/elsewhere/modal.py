@@ -1,0 +1,327 @@
+"""Modal models: masses, springs and tabulated air forces of a few modes, as a family.
+
+``M q'' + C q' + K q = ½ rho V² Q(ik) q`` at one density and Mach number. With a rational
+approximation of ``Q`` and ``tau = V t/b``
+
+    (M - ½ρb² A2) q'' + (b C/V - ½ρb² A1) q' + (b² K/V² - ½ρb² A0) q = ½ρb² D z,
+    z' = -b_j z + E q'
+
+is first order and quadratic in ``1/V``, as the section is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aeroflutter.errors import InputError
+from aeroflutter.model.elsewhere.polynomial import PolynomialModel
+from aeroflutter.model.elsewhere.rational import Fit, FitOptions, TabulatedForces, fit
+from aeroflutter.model.family import Matrices
+from aeroflutter.model.section import Scale
+from aeroflutter.model.system import Real, System
+
+__all__ = ["ModalModel", "Modes"]
+
+_ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Modes:
+    """The structure and the air of a few generalised coordinates, in SI units.
+
+    Parameters
+    ----------
+    mass, stiffness : array (n, n), or (n,) for their diagonals
+        ``M`` symmetric and positive definite, ``K`` symmetric.
+    damping : array (n, n), or (n,), optional
+        ``C``; zero by default.
+    forces : TabulatedForces
+        Of the same coordinates.
+    semichord : float
+        The length ``b`` in ``k = omega b/V``, m.
+    density : float
+        Of the air, kg/m³.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, an entry is not finite, or ``M`` is singular or not symmetric.
+    """
+
+    mass: Real
+    stiffness: Real
+    forces: TabulatedForces
+    semichord: float
+    density: float
+    damping: Real | None = None
+
+    def __post_init__(self) -> None:
+        n = self.forces.modes
+        given = {"mass": self.mass, "damping": self.damping, "stiffness": self.stiffness}
+        problems = []
+        for name, value in given.items():
+            matrix = np.zeros((n, n)) if value is None else np.array(value, dtype=float)
+            matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
+            object.__setattr__(self, name, matrix)
+            if matrix.shape != (n, n):
+                problems.append(
+                    f"{name}: must be {n} by {n}, as the forces are, got {matrix.shape}"
+                )
+            elif not np.all(np.isfinite(matrix)):
+                problems.append(f"{name}: every entry must be finite")
+            elif name != "damping" and not _symmetric(matrix):
+                problems.append(f"{name}: must be symmetric")
+        for name in ("semichord", "density"):
+            value = getattr(self, name)
+            if not (np.isfinite(value) and value > 0):
+                problems.append(f"{name}: must be a positive finite number, got {value!r}")
+        if not problems:
+            problems += _definite("mass", self.M)
+        if problems:
+            raise InputError(problems)
+
+    @property
+    def M(self) -> Real:
+        """Generalised masses (n, n)."""
+        return self.mass
+
+    @property
+    def K(self) -> Real:
+        """Generalised stiffness (n, n)."""
+        return self.stiffness
+
+    @property
+    def C(self) -> Real:
+        """Generalised damping (n, n)."""
+        assert self.damping is not None  # filled in by __post_init__
+        return self.damping
+
+    @cached_property
+    def wind_off(self) -> Real:
+        """Frequencies without air or damping (n,), rad/s, ascending; zero of rigid modes."""
+        from scipy.linalg import eigh
+
+        squares = eigh(self.K, self.M, eigvals_only=True)
+        squares[np.abs(squares) <= _ROUND_OFF * np.abs(squares).max()] = 0.0
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+
+    @property
+    def speeds(self) -> tuple[float, float]:
+        """Airspeeds (low, high), m/s, over which the table speaks of these modes.
+
+        The lowest frequency at the largest ``k`` of the table and the highest at its smallest, but
+        at none below 0.1.
+        """
+        flexible = self.wind_off[self.wind_off > 0]
+        if flexible.size == 0:
+            raise InputError(["stiffness: is zero, so no range of speeds follows; give speeds"])
+        k = self.forces.k
+        low = self.semichord * float(flexible[0]) / float(k[-1])
+        high = self.semichord * float(flexible[-1]) / max(0.1, float(k[0]))
+        return min(low, 0.1 * high), high
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ModalModel:
+    """Modes with a rational approximation of their air and springs in chosen places, as a family.
+
+    Parameters
+    ----------
+    modes : Modes
+        The springs, with their nominal stiffness, are part of ``K``.
+    rows : array (m, n)
+        Twist of every spring a unit of each coordinate.
+    stiffness : sequence of float
+        Nominal stiffness of each, which is taken out of ``K``: N m/rad, or N/m.
+    in_stiffness : sequence of bool, optional
+        Whether ``K`` holds each of them; it does by default. One that it does not hold is not
+        taken out, and is there beside ``K``.
+    names, units : sequence of str, optional
+        Of the springs; ``"rad"`` or ``"m"``.
+    approximation : FitOptions or Fit, optional
+    search_range : tuple of float, optional
+        Airspeeds, m/s; those of which the table speaks by default.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, ``K`` has less stiffness than is taken out of it, or the mass with
+        that of the air, ``M - ½ rho b² A2``, is not positive definite.
+
+    Notes
+    -----
+    Speeds are in m/s, times in semichords travelled. States are the coordinates, their rates and
+    the lag states. A spring of unit slope has its nominal stiffness.
+    """
+
+    modes: Modes
+    rows: Real
+    stiffness: Sequence[float]
+    in_stiffness: Sequence[bool] | None = None
+    names: Sequence[str] = ()
+    units: Sequence[str] = ()
+    approximation: FitOptions | Fit | None = None
+    search_range: tuple[float, float] | None = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        rows = np.atleast_2d(np.array(self.rows, dtype=float))
+        object.__setattr__(self, "rows", rows)
+        problems = self._problems()
+        if problems:
+            raise InputError(problems)
+        if self.search_range is None:
+            object.__setattr__(self, "search_range", self.modes.speeds)
+        object.__setattr__(self, "_family", self._assembled())
+
+    def _problems(self) -> list[str]:
+        n, m = self.modes.forces.modes, len(self.rows)
+        problems = []
+        if self.rows.shape != (m, n):
+            problems.append(f"rows: need one number a coordinate ({n}), got {self.rows.shape[1]}")
+        elif not np.all(np.isfinite(self.rows)) or not np.all(np.any(self.rows, axis=1)):
+            problems.append("rows: must be finite, and none may be zero")
+        values = np.asarray(self.stiffness, dtype=float)
+        if values.shape != (m,) or not np.all(np.isfinite(values) & (values > 0)):
+            problems.append(f"stiffness: need {m} positive numbers, one a row")
+        if len(self._held) != m:
+            problems.append(f"in_stiffness: need {m} flags, one a row")
+        return problems
+
+    @property
+    def _held(self) -> Sequence[bool]:
+        return [True] * len(self.rows) if self.in_stiffness is None else self.in_stiffness
+
+    @cached_property
+    def fit(self) -> Fit:
+        """The rational approximation."""
+        given = self.approximation
+        return given if isinstance(given, Fit) else fit(self.modes.forces, given)
+
+    @cached_property
+    def free_stiffness(self) -> Real:
+        """``K`` without its springs (n, n).
+
+        Raises
+        ------
+        InputError
+            If there is less stiffness than is taken out.
+        """
+        K = self.modes.K
+        held = np.asarray(self._held, dtype=bool)
+        taken = self.rows[held].T * np.asarray(self.stiffness, dtype=float)[held]
+        free = K - taken @ self.rows[held]
+        least, size = np.linalg.eigvalsh(free).min(), np.abs(K).max()
+        if least < min(np.linalg.eigvalsh(K).min(), 0.0) - 1e-6 * size:
+            raise InputError(
+                ["stiffness: K has less than is taken out of it (what remains is not positive "
+                 "semidefinite); give the stiffness that the model was made with, or rows as they "
+                 "are in its coordinates"]
+            )  # fmt: skip
+        return np.asarray(free)
+
+    def whole(self) -> Modes:
+        """The modes with every spring linear, of its nominal stiffness: what p-k takes."""
+        added = np.asarray(self.stiffness, dtype=float)
+        K = self.free_stiffness + (self.rows.T * added) @ self.rows
+        modes = self.modes
+        return Modes(
+            mass=modes.M,
+            damping=modes.C,
+            stiffness=K,
+            forces=modes.forces,
+            semichord=modes.semichord,
+            density=modes.density,
+        )
+
+    def _assembled(self) -> PolynomialModel:
+        modes, air = self.modes, self.fit
+        b, n, lags = modes.semichord, modes.forces.modes, len(air.roots)
+        pressure = 0.5 * modes.density * b**2
+        mass = modes.M - pressure * air.A2
+        problems = _definite("mass with that of the air, M - ½ρb²A2,", 0.5 * (mass + mass.T))
+        if problems:
+            raise InputError(
+                [f"{line}; fit without apparent mass, or with other lags" for line in problems]
+            )
+        rate, z = slice(n, 2 * n), slice(2 * n, None)
+        A = np.zeros((3, 2 * n + lags, 2 * n + lags))
+        A[0, :n, rate] = np.eye(n)
+        A[0, rate, :n] = pressure * np.linalg.solve(mass, air.A0)
+        A[0, rate, rate] = pressure * np.linalg.solve(mass, air.A1)
+        A[0, rate, z] = pressure * np.linalg.solve(mass, air.D)
+        A[0, z, rate] = air.E
+        A[0, z, z] = -np.diag(air.roots)
+        A[1, rate, rate] = -b * np.linalg.solve(mass, modes.C)
+        A[2, rate, :n] = -(b**2) * np.linalg.solve(mass, self.free_stiffness)
+        B = np.zeros((3, len(A[0]), len(self.rows)))
+        B[2, rate] = b**2 * np.linalg.solve(mass, self.rows.T * np.asarray(self.stiffness))
+        C = np.zeros((len(self.rows), len(A[0])))
+        C[:, :n] = self.rows
+        coordinates = [f"q{i + 1}" for i in range(n)]
+        assert self.search_range is not None  # filled in by __post_init__
+        return PolynomialModel(
+            A=A,
+            B=B,
+            C=C,
+            variable="1/V",
+            search_range=self.search_range,
+            names=tuple(self.names),
+            units=tuple(self.units),
+            state_names=(
+                *coordinates,
+                *(f"{name}_rate" for name in coordinates),
+                *(f"z{i + 1}" for i in range(lags)),
+            ),
+            scale=Scale(b, 1.0 / b),
+        )
+
+    @property
+    def _made(self) -> PolynomialModel:
+        return self._family  # type: ignore[attr-defined]
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states, in order."""
+        return self._made.state_names
+
+    @property
+    def scale(self) -> Scale | None:
+        """Speeds are in m/s already; times and reduced frequencies are turned into s and Hz."""
+        return self._made.scale
+
+    def at(self, speed: float) -> System:
+        """The system at one airspeed in m/s.
+
+        Raises
+        ------
+        InputError
+            If the speed is not positive and finite.
+        """
+        return self._made.at(speed)
+
+    def stack(self, speeds: ArrayLike) -> Matrices:
+        """``A`` (…, n, n), ``B`` (…, n, m), ``C`` (…, m, n), ``d`` (…, n), speeds of any shape."""
+        return self._made.stack(speeds)
+
+    def derivative(self, speeds: ArrayLike) -> Matrices:
+        """Derivatives of ``stack`` with respect to the speed."""
+        return self._made.derivative(speeds)
+
+
+def _symmetric(matrix: Real) -> bool:
+    return bool(np.all(np.abs(matrix - matrix.T) <= 1e-6 * np.abs(matrix).max(initial=0.0)))
+
+
+def _definite(name: str, matrix: Real) -> list[str]:
+    """Why a symmetric matrix cannot be divided by."""
+    size = np.sqrt(np.abs(np.diag(matrix)))
+    size[size == 0] = 1.0
+    values = np.linalg.eigvalsh(matrix / size / size[:, None])
+    if values.min() > 1e-12 * max(values.max(), 1e-300):
+        return []
+    return [f"{name} must be positive definite; it is singular or has a negative eigenvalue"]
