@@ -143,8 +143,7 @@ def pk_method(modes: Modes, options: PKOptions | None = None) -> PKResult:
     Notes
     -----
     Between the reduced frequencies of the table ``Q`` is splined, real parts as even and imaginary
-    parts as odd functions of ``k``. Above the table the real part is kept and the imaginary part
-    grows with ``k``. A mode that no air force touches has no damping to lose: round-off of its
+    parts as odd functions of ``k``; above the table they grow as ``k²`` and as ``k``. A mode that no air force touches has no damping to lose: round-off of its
     real part is not taken for a crossing.
     """
     options = options or PKOptions()
@@ -184,26 +183,8 @@ class _Equation:
     """``T(lambda, V) q = 0`` and its derivatives, ``lambda`` in rad/s."""
 
     def __init__(self, modes: Modes) -> None:
-        from scipy.interpolate import make_interp_spline
-
         self.modes, self.n = modes, modes.forces.modes
-        k, Q = modes.forces.k, modes.forces.Q
-        mirrored = slice(None, 0 if k[0] == 0 else None, -1)
-        both = np.concatenate([-k[mirrored], k])
-        values = np.concatenate([Q[mirrored].conj(), Q])
-        values[both == 0] = values[both == 0].real
-        degree = min(3, both.size - 1)
-        self.spline = make_interp_spline(both, values, k=degree - (degree + 1) % 2)
-        self.slope = self.spline.derivative()
-        self.top = float(k[-1])
-
-    def forces(self, k: float) -> tuple[Complex, Complex]:
-        """``Q`` and ``dQ/dk`` at any ``k``."""
-        if k <= self.top:
-            return self.spline(k), self.slope(k)
-        last = self.spline(self.top)
-        grown = 1j * last.imag / self.top
-        return last.real + grown * k, grown
+        self.top = float(modes.forces.k[-1])
 
     def matrix(self, root: complex, V: float, Q: Complex) -> Complex:
         """``lambda² M + lambda C + K - ½ rho V² Q``."""
@@ -232,7 +213,8 @@ class _Equation:
     ) -> tuple[Real, Complex]:
         """Jacobian over the real and imaginary parts of (q, lambda), and the residual."""
         modes, n = self.modes, self.n
-        Q, dQ = self.forces(modes.semichord * root.imag / V)
+        k = modes.semichord * root.imag / V
+        Q, dQ = modes.forces.at(k), modes.forces.slope(k)
         T = self.matrix(root, V, Q)
         by_root = (2 * root * modes.M + modes.C) @ shape
         by_omega = -0.5 * modes.density * V * modes.semichord * (dQ @ shape)
@@ -249,7 +231,7 @@ class _Equation:
         """Derivatives of root and shape with respect to the speed."""
         modes, n, V = self.modes, self.n, state.V
         k = modes.semichord * state.root.imag / V
-        Q, dQ = self.forces(k)
+        Q, dQ = modes.forces.at(k), modes.forces.slope(k)
         fixed = state.shape.conj() / np.vdot(state.shape, state.shape)
         jacobian, _ = self._linear(V, state.root, state.shape, fixed)
         force = modes.density * V * (Q - 0.5 * k * dQ) @ state.shape
@@ -268,7 +250,7 @@ class _Equation:
         k = np.unique(
             np.concatenate([np.geomspace(1e-4, max(top, self.top), 240), modes.forces.k[1:]])
         )
-        Q = np.array([self.forces(float(one))[0] for one in k])
+        Q = modes.forces.at(k)
         pencil = np.zeros((k.size, 2 * n, 2 * n), dtype=complex)
         pencil[:, :n, n:] = np.eye(n)
         stiffness = modes.K - 0.5 * modes.density * V**2 * Q

@@ -281,21 +281,34 @@ def _brackets(
     found: list[tuple[float, float, complex, complex]] = []
     scale = np.abs(roots).max(axis=1)
     upper = np.minimum(roots[:-1].imag, roots[1:].imag) > _NEUTRAL * scale[1:, None]
-    change = (roots[:-1].real > 0) != (roots[1:].real > 0)
+    sign, since = _signs(roots, scale)
+    change = sign[:-1] * sign[1:] < 0
     for i, j in zip(*np.nonzero(upper & change), strict=True):
-        found.append((float(U[i]), float(U[i + 1]), roots[i, j], roots[i + 1, j]))
-    sign = np.where(roots[:-1].real > 0, 1.0, -1.0)
+        last = int(since[i, j])
+        found.append((float(U[last]), float(U[i + 1]), roots[last, j], roots[i + 1, j]))
     # damping that first falls and then recovers between two speeds may have crossed in between
-    dips = (sign * slopes[:-1].real < 0) & (sign * slopes[1:].real > 0)
-    for i, j in zip(*np.nonzero(upper & ~change & dips), strict=True):
+    dips = (sign[:-1] * slopes[:-1].real < 0) & (sign[:-1] * slopes[1:].real > 0)
+    for i, j in zip(*np.nonzero(upper & ~change & dips & (since[1:] > since[:-1])), strict=True):
         turn = _turning_point(
-            family, stiffness, (U[i], U[i + 1]), (roots[i, j], roots[i + 1, j]), sign[i, j]
+            family, stiffness, (U[i], U[i + 1]), (roots[i, j], roots[i + 1, j]), float(sign[i, j])
         )
         if turn is not None:
             speed, root = turn
             low, high = float(U[i]), float(U[i + 1])
             found += [(low, speed, roots[i, j], root), (speed, high, root, roots[i + 1, j])]
     return found
+
+
+def _signs(roots: Complex, scale: Real) -> tuple[Real, Real]:
+    """Sign of the damping of every root, and at which speed it was last seen, both (m, n).
+
+    Damping of the size of round-off has the sign that it had before, or none: a mode that no air
+    force touches never crosses.
+    """
+    own = np.where(np.abs(roots.real) > _NEUTRAL * scale[:, None], np.sign(roots.real), 0.0)
+    places = np.arange(len(roots))[:, None] * np.ones(roots.shape[1], dtype=int)
+    since = np.maximum.accumulate(np.where(own != 0.0, places, 0), axis=0)
+    return np.take_along_axis(own, since, axis=0), since
 
 
 def _nearest(family: AnyFamily, stiffness: float, speed: float, guess: complex) -> complex:

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aeroflutter.errors import InputError
+from aeroflutter.model.elsewhere.forces import TabulatedForces
 from aeroflutter.model.elsewhere.polynomial import PolynomialModel
-from aeroflutter.model.elsewhere.rational import Fit, FitOptions, TabulatedForces, fit
+from aeroflutter.model.elsewhere.rational import Fit, FitOptions, fit
 from aeroflutter.model.family import Matrices
 from aeroflutter.model.section import Scale
 from aeroflutter.model.system import Real, System
