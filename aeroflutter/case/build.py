@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,28 +20,38 @@ from aeroflutter.case.check import (
 )
 from aeroflutter.case.engineering import SECTION, SECTION_SI, Rule, clashes, convert, named
 from aeroflutter.case.flaps import build_flap
-from aeroflutter.case.placed import PlacedSpring, build_springs
+from aeroflutter.case.imported import Imported, build_model
+from aeroflutter.case.model_keys import ModelInitial
+from aeroflutter.case.placed import PlacedSpring, build_springs, places
 from aeroflutter.errors import InputError
 from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
 from aeroflutter.model.lure import SectionFamily
 from aeroflutter.model.section import Flap, FlapSI, TypicalSection
 
-TOP_LEVEL = ("title", "section", "flap", "aerodynamics", "spring", "initial")
+TOP_LEVEL = ("title", "section", "flap", "aerodynamics", "spring", "initial", "model")
 
 
 @dataclass(frozen=True)
 class Built:
     """What a case holds, and its tables completed by their defaults."""
 
-    section: TypicalSection
-    aerodynamics: Aerodynamics
+    section: TypicalSection | None
+    aerodynamics: Aerodynamics | None
     springs: tuple[PlacedSpring, ...]
-    initial: dict[str, float]
+    initial: dict[str, Any]
     tables: dict[str, Any]
+    model: Imported | None = None
 
 
-def build(given: Mapping[str, Any]) -> Built:
+def build(given: Mapping[str, Any], folder: Path) -> Built:
     """Check all tables and build what they describe.
+
+    Parameters
+    ----------
+    given
+        The tables.
+    folder
+        Where the file of a model is looked for.
 
     Raises
     ------
@@ -51,10 +62,14 @@ def build(given: Mapping[str, Any]) -> Built:
     title = given.get("title", "")
     if not isinstance(title, str) or not title.isprintable():
         problems.append(f"title: must be one line of text, not {show(title)}")
+    if "model" in given:
+        return _with_model(given, title, problems, folder)
     flap = build_flap(given)
     section, section_values, section_problems = _section(given.get("section", {}), flap.flap)
     aerodynamics, aerodynamics_table = _aerodynamics(given.get("aerodynamics", {}))
-    placed = build_springs(given.get("spring", {"kind": "linear"}), with_flap="flap" in given)
+    placed = build_springs(
+        given.get("spring", {"kind": "linear"}), places(with_flap="flap" in given)
+    )
     motion = schema.FlapInitial if "flap" in given else schema.Initial
     initial = check_table("initial", motion, given.get("initial", {}))
     problems += section_problems + flap.problems
@@ -71,6 +86,60 @@ def build(given: Mapping[str, Any]) -> Built:
         "initial": initial.values,
     }
     return Built(section, aerodynamics, placed.springs, initial.values, tables)
+
+
+def _with_model(given: Mapping[str, Any], title: Any, problems: list[str], folder: Path) -> Built:
+    """A case whose model comes from a file."""
+    problems += [
+        f"{name}: goes with a section; [model] stands in its place, remove one of the two"
+        for name in ("section", "flap", "aerodynamics")
+        if name in given
+    ]
+    built = build_model(given["model"], folder)
+    initial = check_table("initial", ModelInitial, given.get("initial", {}))
+    problems += built.problems + initial.problems
+    if built.model is None:
+        raise InputError(problems)
+    known = built.model.places
+    placed = build_springs(_placed_somewhere(given.get("spring"), known), known)
+    problems += placed.problems + _initial_problems(initial.values, built.model, placed.springs)
+    if problems:
+        raise InputError(problems)
+    tables = {
+        "title": title,
+        "model": built.values,
+        "spring": placed.values,
+        "initial": initial.values,
+    }
+    return Built(None, None, placed.springs, initial.values, tables, built.model)
+
+
+def _placed_somewhere(given: Any, known: Mapping[str, str]) -> Any:
+    """Springs that do not say where, in the first output; a linear one where there is none."""
+    first = next(iter(known))
+    if given is None:
+        return {"at": first, "kind": "linear"}
+    if isinstance(given, dict):
+        return {"at": first} | given
+    if isinstance(given, list):
+        return [{"at": first} | one if isinstance(one, dict) else one for one in given]
+    return given
+
+
+def _initial_problems(
+    initial: Mapping[str, Any], model: Imported, springs: tuple[PlacedSpring, ...]
+) -> list[str]:
+    problems = []
+    state, memory = initial.get("state"), initial.get("memory")
+    order = len(model.family.state_names)
+    if state is not None and len(state) != order:
+        problems.append(f"initial.state: needs {order} numbers, one a state, not {len(state)}")
+    if state is not None and "alpha_deg" in initial:
+        problems.append("initial.alpha_deg: excludes initial.state; remove one")
+    count = max(1, sum(one.spring.kind != "linear" for one in springs))
+    if memory is not None and len(memory) != count:
+        problems.append(f"initial.memory: needs {count} numbers, one a spring, not {len(memory)}")
+    return problems
 
 
 def _section(

@@ -5,6 +5,7 @@ Files speak degrees in keys that end in `_deg`; everything here is in radians.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
@@ -23,15 +24,21 @@ from aeroflutter.case.source import (
 )
 from aeroflutter.errors import InputError
 from aeroflutter.model.aerodynamics import Aerodynamics
-from aeroflutter.model.section import TypicalSection
+from aeroflutter.model.section import Scale, TypicalSection
 
 if TYPE_CHECKING:
+    from aeroflutter.case.build import Built
+    from aeroflutter.case.imported import Imported
     from aeroflutter.case.placed import PlacedSpring
-    from aeroflutter.model.family import SectionModel
+    from aeroflutter.model.elsewhere.placed import PlacedModel
+    from aeroflutter.model.family import Family, SectionModel
     from aeroflutter.model.lure import AnyFamily, SectionFamily, SpringFamily
     from aeroflutter.springs import Spring, Springs
 
-__all__ = ["Case", "InitialMotion", "builtin_names", "load_case"]
+__all__ = ["Case", "InitialMotion", "ModelMotion", "builtin_names", "load_case"]
+
+DISPLACEMENT = 1.0
+"""Of the first spring of a model at time 0 where the case says nothing: degrees, or m."""
 
 
 class InitialMotion(NamedTuple):
@@ -54,6 +61,21 @@ class FlapMotion(NamedTuple):
     beta_rate: float = 0.0
 
 
+class ModelMotion(NamedTuple):
+    """Motion of a model at time 0: all states, and the memories of its springs if they are given.
+
+    What is displaced is in the states, so `alpha` is none of its own.
+    """
+
+    state: tuple[float, ...]
+    memory: tuple[float, ...] | None = None
+
+    @property
+    def alpha(self) -> float:
+        """Nothing beside the states."""
+        return 0.0
+
+
 @dataclass(frozen=True)
 class Case:
     """A case, validated; made by :func:`load_case`.
@@ -62,14 +84,14 @@ class Case:
     ----------
     title : str
         One line for people.
-    section : TypicalSection
-    aerodynamics : Wagner or QuasiSteady
+    imported : Imported or None
+        The model from a file that stands in place of a section.
     spring : Spring
         The one that is not linear, or the first of several; in the unit of its coordinate, radians
         or semi-chords.
     springs : tuple of PlacedSpring
         All that the file names, with their coordinates; any other coordinate is linear.
-    initial : InitialMotion or FlapMotion
+    initial : InitialMotion, FlapMotion or ModelMotion
         In radians and semi-chords.
     text : str
         The case as TOML with every key, changes included; :func:`load_case` of it gives an
@@ -79,28 +101,63 @@ class Case:
     """
 
     title: str
-    section: TypicalSection
-    aerodynamics: Aerodynamics
     spring: Spring
     springs: tuple[PlacedSpring, ...]
-    initial: InitialMotion | FlapMotion
+    initial: InitialMotion | FlapMotion | ModelMotion
     text: str
     source: str
+    imported: Imported | None = None
+    _section: TypicalSection | None = None
+    _aerodynamics: Aerodynamics | None = None
+
+    @property
+    def section(self) -> TypicalSection:
+        """The section.
+
+        Raises
+        ------
+        InputError
+            If a model from a file stands in its place.
+        """
+        if self._section is None:
+            raise InputError([f"{self.source}: section: is not there, [model] is in its place"])
+        return self._section
+
+    @property
+    def aerodynamics(self) -> Aerodynamics:
+        """Wagner or QuasiSteady, of the section.
+
+        Raises
+        ------
+        InputError
+            If a model from a file stands in its place.
+        """
+        if self._aerodynamics is None:
+            raise InputError(
+                [f"{self.source}: aerodynamics: is not there, [model] is in its place"]
+            )
+        return self._aerodynamics
+
+    @property
+    def scale(self) -> Scale | None:
+        """What turns results into SI units, where there is such a thing."""
+        return self.section.scale if self.imported is None else self.imported.scale
 
     @property
     def digest(self) -> str:
-        """SHA-256 of `text`, for provenance."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
+        """SHA-256 of `text`, and of the file of a model if it has one, for provenance."""
+        file = "" if self.imported is None else self.imported.digest
+        return hashlib.sha256((self.text + file).encode()).hexdigest()
 
     @property
     def tables(self) -> dict[str, Any]:
         """The tables of the file, in its units, completed by the defaults."""
         return parse_case(self.text, self.source)
 
-    def model(self) -> SectionModel:
-        """The section at every airspeed, a spring that is not linear an output.
+    def model(self) -> SectionModel | PlacedModel:
+        """The section, or the model from a file, a spring that is not linear an output.
 
-        Linear springs are part of the section, except where there are no others: then the first
+        Linear springs are part of it, except where there are no others: then the first
         one is an output.
         """
         from aeroflutter.model.family import SectionModel
@@ -110,13 +167,13 @@ class Case:
         for item in self.springs:
             if item not in outside:
                 linear[item.at] = linear.get(item.at, 0.0) + item.stiffness
-        return SectionModel(
-            self.section,
-            self.aerodynamics,
-            [item.at for item in outside],
-            [item.stiffness for item in outside],
-            linear,
-        )
+        at = [item.at for item in outside]
+        stiffness = [item.stiffness for item in outside]
+        if self.imported is not None:
+            from aeroflutter.model.elsewhere.placed import PlacedModel
+
+            return PlacedModel(self.imported.family, at, stiffness, linear)
+        return SectionModel(self.section, self.aerodynamics, at, stiffness, linear)
 
     def family(self) -> SectionFamily | SpringFamily:
         """The section at every airspeed, as the analyses of one spring see it.
@@ -135,7 +192,8 @@ class Case:
                 [f"spring: there are {len(outside)} that are not linear ({places}); this takes one"]
             )
         model = self.model()
-        if (model.springs, model.stiffness, model.linear) == (("pitch",), (1.0,), {}):
+        placed = (model.springs, model.stiffness, model.linear)
+        if self.imported is None and placed == (("pitch",), (1.0,), {}):
             return SectionFamily(self.section, self.aerodynamics)
         return SpringFamily(model)
 
@@ -164,6 +222,24 @@ class Case:
             If the result is no valid case.
         """
         return build_case(parse_case(self.text, self.source), self.source, overrides)
+
+    def displaced(self, alpha: float) -> InitialMotion | FlapMotion | ModelMotion:
+        """The initial motion with another pitch, or displacement of the first spring of a model.
+
+        Parameters
+        ----------
+        alpha : float
+            In radians, or in the unit of that spring.
+        """
+        if isinstance(self.initial, ModelMotion):
+            return self.initial._replace(state=displaced_state(self.model(), alpha))
+        return self.initial._replace(alpha=alpha)
+
+
+def displaced_state(family: Family, alpha: float) -> tuple[float, ...]:
+    """The smallest state in which the first output is `alpha` and nothing moves."""
+    row = family.stack(family.search_range[0])[2][0]
+    return tuple(float(value) for value in alpha * row / float(row @ row))
 
 
 def outputs(springs: Sequence[PlacedSpring]) -> list[PlacedSpring]:
@@ -196,33 +272,58 @@ def load_case(
     if isinstance(source, Mapping):
         return build_case(plain(source), "case", overrides)
     label = one_line(str(source))
-    return build_case(parse_case(read_case(source), label), label, overrides)
+    tables = parse_case(read_case(source), label)
+    return build_case(tables, label, overrides, Path(source).parent)
 
 
 def build_case(
-    tables: dict[str, Any], label: str, overrides: Mapping[str, Any] | None = None
+    tables: dict[str, Any],
+    label: str,
+    overrides: Mapping[str, Any] | None = None,
+    folder: Path | None = None,
 ) -> Case:
-    """Case from parsed tables; `label` begins every problem's line."""
+    """Case from parsed tables.
+
+    `label` begins every problem's line; `folder` is where the file of a model is looked for, the
+    current one by default.
+    """
     from aeroflutter.case.build import build
 
     try:
-        built = build(apply_overrides(tables, overrides or {}))
+        built = build(apply_overrides(tables, overrides or {}), folder or Path())
     except InputError as error:
         raise InputError([f"{label}: {problem}" for problem in error.problems]) from None
-    motion = built.initial
     title = built.tables["title"] or label
-    return Case(
+    made = Case(
         title=title,
-        section=built.section,
-        aerodynamics=built.aerodynamics,
         spring=outputs(built.springs)[0].spring,
         springs=built.springs,
-        initial=(InitialMotion if built.section.flap is None else FlapMotion)(
-            **{
-                name.removesuffix("_deg"): math.radians(value) if name.endswith("_deg") else value
-                for name, value in motion.items()
-            }
-        ),
+        initial=_initial(built),
         text=dump_case(built.tables | {"title": title}),
         source=label,
+        imported=built.model,
+        _section=built.section,
+        _aerodynamics=built.aerodynamics,
+    )
+    if built.model is None or "state" in built.initial:
+        return made
+    displacement = built.initial.get("alpha_deg", DISPLACEMENT)
+    angle = made.model().units[0] == "rad"
+    moved = made.displaced(math.radians(displacement) if angle else displacement)
+    return dataclasses.replace(made, initial=moved)
+
+
+def _initial(built: Built) -> InitialMotion | FlapMotion | ModelMotion:
+    if built.model is not None:
+        memory = built.initial.get("memory")
+        return ModelMotion(
+            tuple(built.initial.get("state", ())), None if memory is None else tuple(memory)
+        )
+    assert built.section is not None  # there is one or the other
+    kind = InitialMotion if built.section.flap is None else FlapMotion
+    return kind(
+        **{
+            name.removesuffix("_deg"): math.radians(value) if name.endswith("_deg") else value
+            for name, value in built.initial.items()
+        }
     )

@@ -111,7 +111,7 @@ def named(path: str, given: Collection[str], rules: Collection[Rule]) -> dict[st
 
 def converted(tables: Mapping[str, Any]) -> list[Conversion]:
     """What became of the keys of a valid case, table by table."""
-    section = dict(tables["section"])
+    section = dict(tables.get("section", {}))
     si = section.pop("si", {})
     places = {**dict.fromkeys(section, "section"), **dict.fromkeys(si, "section.si")}
     found = [*_of_table({**section, **si}, SECTION_SI if si else SECTION, places)]

@@ -13,7 +13,7 @@ from aeroflutter.case.check import CheckedTable, check_variant, show
 from aeroflutter.case.engineering import clashes, convert, named, spring_rules
 from aeroflutter.model.equations import COORDINATES
 
-__all__ = ["PlacedSpring", "PlacedSprings", "build_springs"]
+__all__ = ["PlacedSpring", "PlacedSprings", "build_springs", "places"]
 
 SPRINGS: dict[str, Callable[..., springs.Spring]] = {
     "linear": springs.Linear,
@@ -54,15 +54,32 @@ class PlacedSprings:
     problems: list[str]
 
 
-def build_springs(given: Any, with_flap: bool) -> PlacedSprings:
-    """The springs that `spring` of a case describes, a table or a list of tables."""
+def places(*, with_flap: bool) -> dict[str, str]:
+    """Coordinates of a section that may carry springs, and their units."""
+    return {
+        name: COORDINATES[name].unit
+        for name in ("pitch", "heave", "flap")
+        if name != "flap" or with_flap
+    }
+
+
+def build_springs(given: Any, places: Mapping[str, str]) -> PlacedSprings:
+    """The springs that `spring` of a case describes, a table or a list of tables.
+
+    Parameters
+    ----------
+    given
+        The table or the list.
+    places
+        Unit of every coordinate that may carry a spring, by its name.
+    """
     if not isinstance(given, list):
-        placed, table = _build("spring", given, with_flap)
+        placed, table = _build("spring", given, places)
         return PlacedSprings((placed,) if placed else (), table.values, table.problems)
     if not given:
         return PlacedSprings((), [], ["spring: is an empty list; give a table [spring]"])
     names = _names(given)
-    built = [_build(name, one, with_flap) for name, one in zip(names, given, strict=True)]
+    built = [_build(name, one, places) for name, one in zip(names, given, strict=True)]
     return PlacedSprings(
         tuple(placed for placed, _ in built if placed),
         [table.values for _, table in built],
@@ -81,13 +98,16 @@ def _names(entries: list[Any]) -> list[str]:
     ]
 
 
-def _build(name: str, given: Any, with_flap: bool) -> tuple[PlacedSpring | None, CheckedTable]:
+def _build(
+    name: str, given: Any, places: Mapping[str, str]
+) -> tuple[PlacedSpring | None, CheckedTable]:
     if not isinstance(given, dict):
         return None, check_variant(name, "kind", schema.SPRINGS, given)
     place = {key: given[key] for key in ("at", "stiffness") if key in given}
-    problems = _place_problems(name, place, with_flap)
-    heave = place.get("at") == "heave"
-    variants = schema.SPRINGS_IN_HEAVE if heave else schema.SPRINGS
+    problems = _place_problems(name, place, places)
+    at = place.get("at", "pitch")
+    angle = not isinstance(at, str) or places.get(at, "rad") == "rad"
+    variants = schema.SPRINGS if angle else schema.SPRINGS_IN_HEAVE
     rest = {key: value for key, value in given.items() if key not in place}
     spring, table = _law(name, variants, rest)
     table.problems[:0] = problems
@@ -97,14 +117,18 @@ def _build(name: str, given: Any, with_flap: bool) -> tuple[PlacedSpring | None,
     return PlacedSpring(spring, place.get("at", "pitch"), float(place.get("stiffness", 1.0))), table
 
 
-def _place_problems(name: str, place: Mapping[str, Any], with_flap: bool) -> list[str]:
+def _place_problems(name: str, place: Mapping[str, Any], places: Mapping[str, str]) -> list[str]:
     problems = []
     at, stiffness = place.get("at", "pitch"), place.get("stiffness", 1.0)
-    if not isinstance(at, str) or at not in COORDINATES:
-        allowed = ", ".join(f'"{known}"' for known in ("pitch", "heave", "flap"))
-        problems.append(f"{name}.at: must be one of {allowed}, not {show(at)}")
-    elif at == "flap" and not with_flap:
-        problems.append(f'{name}.at: "flap" needs a flap; add a table [flap]')
+    section = places.get("heave") == "semichord"
+    if not (isinstance(at, str) and at in places):
+        known = ("pitch", "heave", "flap") if section else places
+        allowed = ", ".join(f'"{one}"' for one in known)
+        problems.append(
+            f'{name}.at: "flap" needs a flap; add a table [flap]'
+            if section and at == "flap"
+            else f"{name}.at: must be one of {allowed}, not {show(at)}"
+        )
     number = isinstance(stiffness, int | float) and not isinstance(stiffness, bool)
     if not (number and 0 < stiffness <= schema.LARGEST):
         problems.append(f"{name}.stiffness: must be {schema.POSITIVE}, not {show(stiffness)}")

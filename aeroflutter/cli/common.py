@@ -67,7 +67,7 @@ class CaseOptions:
         from aeroflutter.case.source import parse_override
 
         case = load_case(name, dict(map(parse_override, self.set)))
-        if angle and case.model().units[0] != "rad":
+        if angle and case.imported is None and case.model().units[0] != "rad":
             raise InputError(
                 f'{case.source}: spring.at: amplitudes are reported in degrees, which "heave" has '
                 "not; the Python interface takes it"
@@ -216,12 +216,11 @@ def initial_motion(case: Case, alpha_deg: float | None) -> Initial:
     """
     from aeroflutter.motion.response import Initial
 
-    motion = case.initial._asdict()
-    if alpha_deg is not None:
-        if not math.isfinite(alpha_deg):
-            raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
-        motion["alpha"] = math.radians(alpha_deg)
-    return Initial(**motion)
+    if alpha_deg is None:
+        return Initial(**case.initial._asdict())
+    if not math.isfinite(alpha_deg):
+        raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
+    return Initial(**case.displaced(math.radians(alpha_deg))._asdict())
 
 
 def numbers(option: str, text: str) -> NDArray[np.float64]:

@@ -69,7 +69,11 @@ def _wind_off(case: Case) -> list[dict[str, Any]]:
     """Coupled modes without air, all springs nominal, and the coordinate that leads each."""
     from aeroflutter.model.equations import wind_off
 
-    modes, scale = wind_off(case.section), case.section.scale
+    if case.imported is not None:
+        modal = case.imported.modal
+        found_in = () if modal is None else tuple(modal.whole().wind_off)
+        return [{"frequency_hz": float(w) / (2 * math.pi), "leads": None} for w in found_in]
+    modes, scale = wind_off(case.section), case.scale
     found: list[dict[str, Any]] = []
     for ratio, leads in zip(map(float, modes.frequencies), modes.leads, strict=True):
         mode: dict[str, Any] = {"omega_ratio": ratio, "leads": leads}
@@ -124,7 +128,7 @@ def _print(case: Case, result: RootLocus, curve: Curve | None) -> None:
 
 
 def _si(case: Case, speed: float) -> str:
-    scale = case.section.scale
+    scale = case.scale
     return "" if scale is None else f"  ({scale.velocity(speed):.5g} m/s)"
 
 

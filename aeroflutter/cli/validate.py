@@ -9,6 +9,7 @@ from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
+    from aeroflutter.case.imported import Imported
 
 
 def validate(
@@ -50,6 +51,21 @@ def _facts(case: Case) -> dict[str, Any]:
     from aeroflutter.results.cycles import spring_words
 
     facts: dict[str, Any] = {"title": case.title}
+    facts |= _section(case) if case.imported is None else _model(case.imported)
+    tables = case.tables
+    facts["spring"] = _listed(tables["spring"])
+    words = [spring_words(item.spring) for item in case.springs if item.at != "heave"]
+    facts |= {"loop": "; ".join(filter(None, words))} if any(words) else {}
+    facts["initial"] = _listed(tables["initial"]) or "the first spring displaced"
+    for number, one in enumerate(converted(tables), 1):
+        given, value = shown(one.given), shown(one.value)
+        facts[f"converted {number}"] = f"{one.key} = {given} is {one.into} = {value} {one.unit}"
+    return facts
+
+
+def _section(case: Case) -> dict[str, Any]:
+    """What there is of a section."""
+    facts: dict[str, Any] = {}
     section = {
         name: getattr(case.section, name)
         for name in ("mu", "a_h", "x_alpha", "r_alpha", "omega_bar", "zeta_alpha", "zeta_xi")
@@ -66,16 +82,21 @@ def _facts(case: Case) -> dict[str, Any]:
         )
     if case.section.flap:
         facts["flap"] = _listed(vars(case.section.flap))
-    tables = case.tables
-    facts["aerodynamics"] = _listed(tables["aerodynamics"])
-    facts["spring"] = _listed(tables["spring"])
-    words = [spring_words(item.spring) for item in case.springs if item.at != "heave"]
-    facts |= {"loop": "; ".join(filter(None, words))} if any(words) else {}
-    facts["initial"] = _listed(tables["initial"])
-    for number, one in enumerate(converted(tables), 1):
-        given, value = shown(one.given), shown(one.value)
-        facts[f"converted {number}"] = f"{one.key} = {given} is {one.into} = {value} {one.unit}"
+    facts["aerodynamics"] = _listed(case.tables["aerodynamics"])
     return facts
+
+
+def _model(model: Imported) -> dict[str, Any]:
+    """What there is of a model from a file, and what was done to it."""
+    family = model.family
+    low, high = family.search_range
+    speeds = f"at {low:g} m/s only" if model.one_speed else f"{low:.6g} to {high:.6g} m/s"
+    outputs = ", ".join(f"{name} ({unit})" for name, unit in model.places.items())
+    facts: dict[str, Any] = {
+        "model": f"{model.kind}, {len(family.state_names)} states, {speeds}",
+        "outputs": outputs,
+    }
+    return facts | {f"note {number}": note for number, note in enumerate(model.notes, 1)}
 
 
 def _listed(table: dict[str, Any] | list[dict[str, Any]]) -> str:

@@ -12,11 +12,11 @@ zero the curve ends.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from aeroflutter.bracket import bracketed_root
 from aeroflutter.errors import InputError
@@ -142,9 +142,9 @@ def pk_method(modes: Modes, options: PKOptions | None = None) -> PKResult:
 
     Notes
     -----
-    Between the reduced frequencies of the table ``Q`` is splined, real parts as even and imaginary
-    parts as odd functions of ``k``; above the table they grow as ``k²`` and as ``k``. A mode that no air force touches has no damping to lose: round-off of its
-    real part is not taken for a crossing.
+    Between the reduced frequencies of the table and beyond them ``Q`` is as
+    :meth:`~aeroflutter.model.elsewhere.forces.TabulatedForces.at` says. A mode that no air force
+    touches has no damping to lose: round-off of its real part is not taken for a crossing.
     """
     options = options or PKOptions()
     low, high = modes.speeds if None in (options.low, options.high) else (0.0, 0.0)
@@ -316,17 +316,15 @@ def _followed(equation: _Equation, state: _State, V: float, depth: int = 0) -> _
 
 
 def _alike(old: _State, new: _State, guess: complex) -> bool:
-    overlap = abs(np.vdot(old.shape, new.shape))
-    overlap /= float(np.linalg.norm(old.shape) * np.linalg.norm(new.shape))
-    return bool(overlap > _ALIKE and abs(new.root - guess) < _NEAR * abs(new.root))
+    sizes = float(np.linalg.norm(old.shape) * np.linalg.norm(new.shape))
+    overlap = float(abs(np.vdot(old.shape, new.shape)))
+    return bool(overlap > _ALIKE * sizes and abs(new.root - guess) < _NEAR * abs(new.root))
 
 
 def _crossings(equation: _Equation, grid: Real, track: dict[int, _State]) -> Iterator[Crossing]:
     """Where the damping of a mode changes its sign; round-off has none."""
-    places = [
-        i for i in sorted(track) if abs(track[i].root.real) > _NEUTRAL * abs(track[i].root)
-    ]
-    for i, j in zip(places[:-1], places[1:], strict=True):
+    places = [i for i in sorted(track) if abs(track[i].root.real) > _NEUTRAL * abs(track[i].root)]
+    for i, j in itertools.pairwise(places):
         first, last = track[i], track[j]
         if (first.root.real > 0) == (last.root.real > 0):
             continue
@@ -341,9 +339,9 @@ def _crossings(equation: _Equation, grid: Real, track: dict[int, _State]) -> Ite
             return found.root.real
 
         V = bracketed_root(damping, float(grid[i]), float(grid[j]))
-        root = between[V].root if V in between else first.root
+        at: complex = between[V].root if V in between else first.root
         yield Crossing(
             speed=V,
-            k=root.imag * equation.modes.semichord / V,
+            k=at.imag * equation.modes.semichord / V,
             growing=bool(last.root.real > 0),
         )

@@ -92,7 +92,7 @@ def _facts(found: Analyses) -> list[tuple[str, str]]:
         ("reduced frequency there", "-" if flutter is None else f"{flutter.k:.5g}"),
         ("divergence speed U*_D", "none" if divergence is None else f"{divergence:.5g}"),
     ]
-    scale = found.case.section.scale
+    scale = found.case.scale
     if flutter is not None and scale is not None:
         hertz = scale.frequency_hz(flutter.k, flutter.speed)
         facts.append(("flutter", f"{scale.velocity(flutter.speed):.5g} m/s at {hertz:.4g} Hz"))

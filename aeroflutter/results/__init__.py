@@ -51,7 +51,7 @@ def fields_of(result: object, case: Case | None = None) -> dict[str, Any]:
     from aeroflutter.results.layouts import layout_of
     from aeroflutter.results.schema import record
 
-    return record(*layout_of(result), None if case is None else case.section.scale)
+    return record(*layout_of(result), None if case is None else case.scale)
 
 
 def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:

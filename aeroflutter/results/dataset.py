@@ -107,7 +107,7 @@ def encoded(result: Any, layout: Layout, case: Case | None = None) -> xr.Dataset
     """What a layout reads of an object, as a Dataset."""
     variables: dict[str, Any] = {}
     attributes: dict[str, Any] = {}
-    for column in columns(layout, None if case is None else case.section.scale):
+    for column in columns(layout, None if case is None else case.scale):
         value = column.read(result, None)
         if _absent(value, bool(column.derived)):
             continue

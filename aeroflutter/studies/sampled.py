@@ -49,7 +49,7 @@ class CaseModel:
                 problems += self._problems(name, distribution)
         if problems:
             raise InputError(problems)
-        if self.kind == "velocity" and self._case({}).section.scale is None:
+        if self.kind == "velocity" and self._case({}).scale is None:
             raise InputError("--velocity: needs a section in SI units; give --speed")
         if self.kind == "speed_ratio" or "speed_ratio" in distributions:
             self._nominal_flutter()
@@ -82,8 +82,8 @@ class CaseModel:
         if kind == "speed_ratio":
             return value * self._nominal_flutter()
         if kind == "velocity":
-            assert case.section.scale is not None
-            return value / case.section.scale.velocity(1.0)
+            assert case.scale is not None
+            return value / case.scale.velocity(1.0)
         return value if kind == "speed" else None
 
     def _nominal_flutter(self) -> float:

@@ -19,7 +19,7 @@ __all__ = ["Problem"]
 
 _SMALL = 1e-3  # of its row and column: an entry that need not be fitted relative to itself
 _EMPHASIS = 1000.0  # weight of a reduced frequency at which the fit is to be close
-_BEYOND = {1.5: 0.3, 3.0: 0.1, 10.0: 0.1}  # multiples of the table's end, and their weight
+_STEADY = 0.05  # of the largest k: a smallest one from which the steady forces are extrapolated
 _APART = float(np.log(1.25))  # neighbouring roots nearer than that only cancel one another
 _FAR = 8.0  # logarithm of a share of what is free between roots
 _ROUNDS = 40  # of the search for lag roots, from each start
@@ -66,10 +66,13 @@ class Problem:
             )
         if problems:
             raise InputError(problems)
-        top = float(forces.k[-1])
-        self.k = np.concatenate([forces.k, emphasis, [top * far for far in _BEYOND]])
-        Q = np.concatenate([forces.Q, forces.at(self.k[forces.k.size :])])
-        weight = np.concatenate([own, [_EMPHASIS] * len(emphasis), [*_BEYOND.values()]])
+        added = dict.fromkeys(map(float, emphasis), _EMPHASIS)
+        if 0.0 in exact and forces.k[0] > 0:
+            places[list(exact).index(0.0)] = forces.k.size + len(added)
+            added[0.0] = 0.0
+        self.k = np.concatenate([forces.k, [*added]])
+        Q = np.concatenate([forces.Q, *(forces.at([k]) for k in added)])
+        weight = np.concatenate([own, [*added.values()]])
         flat = Q.reshape(self.k.size, -1)
         self.values: Real = np.concatenate([flat.real, flat.imag])
         self.rows: Real = np.concatenate([weight, weight]) / _sizes(self.values, self.k.size)
@@ -182,7 +185,9 @@ def _problems(
     elif not np.any(weights):
         problems.append("weights: must not all be zero")
     for value, place in zip(exact, places, strict=True):
-        if abs(forces.k[place] - value) > 1e-9 * max(1.0, value):
+        if value == 0 and forces.k[0] > _STEADY * forces.k[-1]:
+            problems.append(f"exact: the table begins at k = {forces.k[0]:g}, too far from 0")
+        elif value > 0 and abs(forces.k[place] - value) > 1e-9 * max(1.0, value):
             problems.append(f"exact: k = {value:g} is not in the table")
     return problems
 

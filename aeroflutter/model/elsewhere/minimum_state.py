@@ -43,7 +43,7 @@ class _Search:
         self.problem, self.roots, self.keep = problem, roots, keep
         self.n = problem.forces.modes
         left = problem.residual(problem.polynomial(), np.eye(len(problem.values)))
-        u, s, vh = np.linalg.svd(left)
+        _u, s, vh = np.linalg.svd(left)
         kept = s > 1e-10 * s[0]
         self.left = s[kept, None] * vh[kept]  # of the same norm as `left` gives, and fewer rows
         self.target = (self.left @ problem.values).reshape(-1, self.n, self.n)

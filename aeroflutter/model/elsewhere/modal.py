@@ -115,16 +115,26 @@ class Modes:
     def speeds(self) -> tuple[float, float]:
         """Airspeeds (low, high), m/s, over which the table speaks of these modes.
 
-        The lowest frequency at the largest ``k`` of the table and the highest at its smallest, but
-        at none below 0.1.
+        From where the highest frequency has the largest ``k`` of the table to where it has the
+        smallest, but none below 0.1. Modes that no air force touches do not count.
+
+        Raises
+        ------
+        InputError
+            If no mode with air forces has stiffness.
         """
-        flexible = self.wind_off[self.wind_off > 0]
-        if flexible.size == 0:
-            raise InputError(["stiffness: is zero, so no range of speeds follows; give speeds"])
+        from scipy.linalg import eigh
+
+        felt = np.any(self.forces.Q, axis=(0, 2)) | np.any(self.forces.Q, axis=(0, 1))
+        part = np.ix_(felt, felt)
+        top = float(eigh(self.K[part], self.M[part], eigvals_only=True)[-1])
+        if top <= 0:
+            raise InputError(
+                ["stiffness: is zero, so no range of speeds follows; give speed_range"]
+            )
         k = self.forces.k
-        low = self.semichord * float(flexible[0]) / float(k[-1])
-        high = self.semichord * float(flexible[-1]) / max(0.1, float(k[0]))
-        return min(low, 0.1 * high), high
+        reach = self.semichord * float(np.sqrt(top))
+        return reach / float(k[-1]), reach / min(max(0.1, float(k[0])), 0.5 * float(k[-1]))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -142,11 +152,11 @@ class ModalModel:
     in_stiffness : sequence of bool, optional
         Whether ``K`` holds each of them; it does by default. One that it does not hold is not
         taken out, and is there beside ``K``.
-    names, units : sequence of str, optional
+    names, units : tuple of str, optional
         Of the springs; ``"rad"`` or ``"m"``.
     approximation : FitOptions or Fit, optional
-    search_range : tuple of float, optional
-        Airspeeds, m/s; those of which the table speaks by default.
+    speed_range : tuple of float, optional
+        Airspeeds searched, m/s; those of which the table speaks by default.
 
     Raises
     ------
@@ -162,12 +172,12 @@ class ModalModel:
 
     modes: Modes
     rows: Real
-    stiffness: Sequence[float]
+    stiffness: ArrayLike
     in_stiffness: Sequence[bool] | None = None
-    names: Sequence[str] = ()
-    units: Sequence[str] = ()
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
     approximation: FitOptions | Fit | None = None
-    search_range: tuple[float, float] | None = None  # type: ignore[assignment]
+    speed_range: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         rows = np.atleast_2d(np.array(self.rows, dtype=float))
@@ -175,9 +185,10 @@ class ModalModel:
         problems = self._problems()
         if problems:
             raise InputError(problems)
-        if self.search_range is None:
-            object.__setattr__(self, "search_range", self.modes.speeds)
-        object.__setattr__(self, "_family", self._assembled())
+        made = self._assembled()
+        object.__setattr__(self, "_family", made)
+        for name in ("names", "units"):
+            object.__setattr__(self, name, getattr(made, name))
 
     def _problems(self) -> list[str]:
         n, m = self.modes.forces.modes, len(self.rows)
@@ -186,15 +197,16 @@ class ModalModel:
             problems.append(f"rows: need one number a coordinate ({n}), got {self.rows.shape[1]}")
         elif not np.all(np.isfinite(self.rows)) or not np.all(np.any(self.rows, axis=1)):
             problems.append("rows: must be finite, and none may be zero")
-        values = np.asarray(self.stiffness, dtype=float)
+        values = self._stiffness
         if values.shape != (m,) or not np.all(np.isfinite(values) & (values > 0)):
             problems.append(f"stiffness: need {m} positive numbers, one a row")
-        if len(self._held) != m:
+        if len(self.held) != m:
             problems.append(f"in_stiffness: need {m} flags, one a row")
         return problems
 
     @property
-    def _held(self) -> Sequence[bool]:
+    def held(self) -> Sequence[bool]:
+        """Whether ``K`` holds each spring."""
         return [True] * len(self.rows) if self.in_stiffness is None else self.in_stiffness
 
     @cached_property
@@ -202,6 +214,10 @@ class ModalModel:
         """The rational approximation."""
         given = self.approximation
         return given if isinstance(given, Fit) else fit(self.modes.forces, given)
+
+    @property
+    def _stiffness(self) -> Real:
+        return np.asarray(self.stiffness, dtype=float)
 
     @cached_property
     def free_stiffness(self) -> Real:
@@ -213,8 +229,8 @@ class ModalModel:
             If there is less stiffness than is taken out.
         """
         K = self.modes.K
-        held = np.asarray(self._held, dtype=bool)
-        taken = self.rows[held].T * np.asarray(self.stiffness, dtype=float)[held]
+        held = np.asarray(self.held, dtype=bool)
+        taken = self.rows[held].T * self._stiffness[held]
         free = K - taken @ self.rows[held]
         least, size = np.linalg.eigvalsh(free).min(), np.abs(K).max()
         if least < min(np.linalg.eigvalsh(K).min(), 0.0) - 1e-6 * size:
@@ -227,8 +243,7 @@ class ModalModel:
 
     def whole(self) -> Modes:
         """The modes with every spring linear, of its nominal stiffness: what p-k takes."""
-        added = np.asarray(self.stiffness, dtype=float)
-        K = self.free_stiffness + (self.rows.T * added) @ self.rows
+        K = self.free_stiffness + (self.rows.T * self._stiffness) @ self.rows
         modes = self.modes
         return Modes(
             mass=modes.M,
@@ -260,19 +275,18 @@ class ModalModel:
         A[1, rate, rate] = -b * np.linalg.solve(mass, modes.C)
         A[2, rate, :n] = -(b**2) * np.linalg.solve(mass, self.free_stiffness)
         B = np.zeros((3, len(A[0]), len(self.rows)))
-        B[2, rate] = b**2 * np.linalg.solve(mass, self.rows.T * np.asarray(self.stiffness))
+        B[2, rate] = b**2 * np.linalg.solve(mass, self.rows.T * self._stiffness)
         C = np.zeros((len(self.rows), len(A[0])))
         C[:, :n] = self.rows
         coordinates = [f"q{i + 1}" for i in range(n)]
-        assert self.search_range is not None  # filled in by __post_init__
         return PolynomialModel(
             A=A,
             B=B,
             C=C,
             variable="1/V",
-            search_range=self.search_range,
-            names=tuple(self.names),
-            units=tuple(self.units),
+            search_range=self.modes.speeds if self.speed_range is None else self.speed_range,
+            names=self.names,
+            units=self.units,
             state_names=(
                 *coordinates,
                 *(f"{name}_rate" for name in coordinates),
@@ -284,6 +298,11 @@ class ModalModel:
     @property
     def _made(self) -> PolynomialModel:
         return self._family  # type: ignore[attr-defined]
+
+    @property
+    def search_range(self) -> tuple[float, float]:
+        """Airspeeds (low, high) of analyses that search, m/s."""
+        return self._made.search_range
 
     @property
     def state_names(self) -> tuple[str, ...]:

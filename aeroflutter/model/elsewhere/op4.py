@@ -119,7 +119,9 @@ class _Lines:
         except ValueError:
             values = []
         if len(values) != count:
-            raise InputError([f"line {self.at}: {count} integers are due, not {line.strip()!r:.60}"])
+            raise InputError(
+                [f"line {self.at}: {count} integers are due, not {line.strip()!r:.60}"]
+            )
         return values
 
     def numbers(self, count: int, width: int) -> Matrix:

@@ -41,8 +41,8 @@ class FitOptions:
         How many lag roots, optimised; or the roots themselves, kept. Four by default, eight for
         the minimum state.
     exact : sequence of float
-        Reduced frequencies of the table at which the fit is exact: the real part at ``k = 0``,
-        both parts elsewhere. At most one beside 0.
+        Reduced frequencies of the table at which the fit is exact: the real part at ``k = 0``
+        (extrapolated where the table begins near it), both parts elsewhere. At most one beside 0.
     emphasis : sequence of float
         Reduced frequencies at which it is to be close, such as those of flutter by the p-k
         method. Forces between those of the table are splined.
@@ -180,9 +180,8 @@ def fit(forces: TabulatedForces, options: FitOptions | None = None) -> Fit:
     Notes
     -----
     The sum of squares has the real and the imaginary part of every ``k`` relative to their size,
-    since the imaginary part is small at low ``k`` and is all the damping there is. Beyond the table
-    the fit is drawn, lightly, to what :meth:`TabulatedForces.at` says, so that modes whose ``k``
-    lies there are damped.
+    since the imaginary part is small at low ``k`` and is all the damping there is. Nothing is known
+    of the fit beyond the table, where it may even excite modes.
     """
     options = options or FitOptions()
     problem = Problem(

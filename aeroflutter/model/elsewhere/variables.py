@@ -53,9 +53,9 @@ def read_variables(path: str | Path) -> dict[str, Any]:
     except PermissionError:
         raise InputError([f"{file.name}: cannot be read; you lack the permission"]) from None
     except MemoryError:
-        raise InputError([f"{file.name}: asks for more memory than there is; is it damaged?"]) from (
-            None
-        )
+        raise InputError(
+            [f"{file.name}: asks for more memory than there is; is it damaged?"]
+        ) from (None)
     except Exception as error:  # noqa: BLE001  # readers meet damaged files in every way there is
         words = " ".join(str(error).split())[:120] or type(error).__name__
         kind = file.suffix.lower().lstrip(".")
@@ -80,9 +80,7 @@ def _mat(file: Path) -> dict[str, Any]:
     with file.open("rb") as stream:
         head = stream.read(128)
     if head.startswith(b"MATLAB 7.3"):
-        raise InputError(
-            [f"{file.name}: is a MATLAB 7.3 file; save it again with save(…, '-v7')"]
-        )
+        raise InputError([f"{file.name}: is a MATLAB 7.3 file; save it again with save(…, '-v7')"])
     stored = loadmat(file, squeeze_me=False, struct_as_record=True)
     return _records({name: value for name, value in stored.items() if not name.startswith("__")})
 
