@@ -18,6 +18,7 @@ __all__ = ["Modes", "Track", "closed_matrices", "follow", "solve_modes"]
 
 _CLEAR = 0.9  # overlap of a mode with its successor that counts as unambiguous
 _SPILL = 0.5  # overlap with all the other modes together that is too much
+_ROUND_OFF = 4 * np.finfo(float).eps
 _DEPTH = 12  # halvings of a search interval before two modes count as coalescing
 
 
@@ -42,11 +43,16 @@ class Modes:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Modes followed over speed: columns of roots and of slopes d root/dU belong together."""
+    """Modes followed over speed: columns of roots and of slopes d root/dU belong together.
+
+    `noise` (m, n) is what round-off may make of each root: its condition number times that of the
+    matrix.
+    """
 
     speeds: Real
     roots: Complex
     slopes: Complex
+    noise: Real
 
 
 def closed_matrices(family: AnyFamily, stiffness: float, speeds: Real) -> Real:
@@ -120,8 +126,11 @@ def follow(family: AnyFamily, stiffness: float, speeds: Real) -> Track:
     change = dA - (stiffness * dB) @ C
     slopes = np.einsum("mij,mjk,mki->mi", modes.left, change, modes.right, optimize=True)
     columns = _assigned(modes)
+    sizes = np.linalg.norm(modes.left, axis=2) * np.linalg.norm(modes.right, axis=1)
+    closed = np.linalg.norm(closed_matrices(family, stiffness, modes.speeds), axis=(1, 2))
     return Track(
         modes.speeds,
         np.take_along_axis(modes.roots, columns, axis=1),
         np.take_along_axis(slopes, columns, axis=1),
+        np.take_along_axis(_ROUND_OFF * closed[:, None] * sizes, columns, axis=1),
     )

@@ -281,7 +281,7 @@ def _brackets(
     found: list[tuple[float, float, complex, complex]] = []
     scale = np.abs(roots).max(axis=1)
     upper = np.minimum(roots[:-1].imag, roots[1:].imag) > _NEUTRAL * scale[1:, None]
-    sign, since = _signs(roots, scale)
+    sign, since = _signs(roots, track.noise)
     change = sign[:-1] * sign[1:] < 0
     for i, j in zip(*np.nonzero(upper & change), strict=True):
         last = int(since[i, j])
@@ -299,13 +299,13 @@ def _brackets(
     return found
 
 
-def _signs(roots: Complex, scale: Real) -> tuple[Real, Real]:
+def _signs(roots: Complex, noise: Real) -> tuple[Real, Real]:
     """Sign of the damping of every root, and at which speed it was last seen, both (m, n).
 
     Damping of the size of round-off has the sign that it had before, or none: a mode that no air
     force touches never crosses.
     """
-    own = np.where(np.abs(roots.real) > _NEUTRAL * scale[:, None], np.sign(roots.real), 0.0)
+    own = np.where(np.abs(roots.real) > noise, np.sign(roots.real), 0.0)
     places = np.arange(len(roots))[:, None] * np.ones(roots.shape[1], dtype=int)
     since = np.maximum.accumulate(np.where(own != 0.0, places, 0), axis=0)
     return np.take_along_axis(own, since, axis=0), since
