@@ -122,7 +122,6 @@ def test_files_and_figures(capsys, tmp_path):
         (("freeplay-02", "--speed-ratio", "0.3", "--cycles", "3"), "cycles"),
         (("freeplay-02", "--speed-ratio", "0.3", "--alpha-deg", "nan"), "--alpha-deg"),
         (("freeplay-02", "--speed-ratio", "0.2:0.3:3", "--follow", "--edges"), "--follow"),
-        (("freeplay-02", "--speed-ratio", "0.12", "--plot", "x.png"), "no attractor"),
     ],
 )
 def test_bad_input_is_refused_with_its_key(capsys, words, message):

@@ -129,9 +129,11 @@ def _run(words: list[str]) -> None:
 def _call(words: list[str]) -> None:
     from cyclopts.exceptions import CycloptsError
 
+    from aeroflutter.cli.former import renamed
+
     try:
         command, bound, _ = build_app().parse_args(
-            _with_negative_values(words), exit_on_error=False, print_error=False
+            _with_negative_values(renamed(words)), exit_on_error=False, print_error=False
         )
     except CycloptsError as error:
         error.verbose = False

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.airspeed import EXACTLY_ONE, Airspeeds
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
     Output,
     initial_motion,
     numbers,
+    say,
     show_facts,
     show_table,
 )
-from aeroflutter.cli.simulate import late_bar
+from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.section import Scale
     from aeroflutter.motion.chaos import Band, ChaosOptions, ChaosResult, ChaosScan, Edge
     from aeroflutter.motion.response import Initial
 
@@ -36,13 +39,7 @@ HALVINGS = 10
 def chaos(
     case: CaseName,
     *,
-    speed_ratio: Annotated[
-        str | None,
-        Parameter(help="Airspeed over the case's linear flutter speed: R, or A:B:N for a scan."),
-    ] = None,
-    speed: Annotated[
-        str | None, Parameter(help="Airspeed U* = V/(b omega_alpha): U, or A:B:N for a scan.")
-    ] = None,
+    airspeeds: Airspeeds = Airspeeds(),
     alpha_deg: Annotated[
         float | None, Parameter(help="Initial pitch in degrees; the case's own by default.")
     ] = None,
@@ -81,8 +78,8 @@ def chaos(
 ) -> None:
     """Say whether the motion is periodic, quasi-periodic or chaotic, by its Lyapunov exponents.
 
-    Give --speed-ratio or --speed. A range of speeds, or of damping at one speed, gives the peaks
-    of pitch and the exponents against it, and the bands of chaos.
+    Give --speed-ratio, --speed or --velocity. A range of speeds, or of damping at one speed,
+    gives the peaks of pitch and the exponents against it, and the bands of chaos.
     """
     from aeroflutter.motion.chaos import ChaosOptions
 
@@ -90,7 +87,8 @@ def chaos(
     if follow and edges:
         raise InputError("--edges: excludes --follow; edges are sought from the initial motion")
     loaded = options.load(case)
-    study = _Study.of(loaded, speed_ratio, speed, zeta_alpha, zeta_xi, alpha_deg)
+    scale = output.begin(loaded, "chaos")
+    study = _Study.of(loaded, airspeeds, (zeta_alpha, zeta_xi), alpha_deg, scale)
     settings = ChaosOptions(cycles=cycles, transient=transient, exponents=exponents)
     if study.values.size == 1:
         _one(study, settings, output)
@@ -107,23 +105,24 @@ class _Study:
     flutter: float | None
     speeds: NDArray[np.float64]
     damping: tuple[tuple[str, NDArray[np.float64]], ...]
+    scale: Scale | None = None
 
     @classmethod
     def of(
         cls,
         case: Case,
-        speed_ratio: str | None,
-        speed: str | None,
-        zeta_alpha: str | None,
-        zeta_xi: str | None,
+        airspeeds: Airspeeds,
+        zetas: tuple[str | None, str | None],
         alpha_deg: float | None,
+        scale: Scale | None,
     ) -> _Study:
         """Check what was given together."""
         from aeroflutter.linear.rootlocus import flutter_speed
 
+        speeds = airspeeds.speeds(case, EXACTLY_ONE)
+        assert speeds is not None  # or it is refused
         flutter = flutter_speed(case.family())
-        speeds = _speeds(speed_ratio, speed, flutter)
-        given = (("zeta_alpha", zeta_alpha), ("zeta_xi", zeta_xi))
+        given = tuple(zip(("zeta_alpha", "zeta_xi"), zetas, strict=True))
         damping = tuple(
             (name, numbers("--" + name.replace("_", "-"), text))
             for name, text in given
@@ -134,7 +133,7 @@ class _Study:
             raise InputError("--zeta-alpha, --zeta-xi: give as many values of one as of the other")
         if sizes and speeds.size > 1:
             raise InputError("--zeta-alpha, --zeta-xi: a range needs a single speed")
-        return cls(case, initial_motion(case, alpha_deg), flutter, speeds, damping)
+        return cls(case, initial_motion(case, alpha_deg), flutter, speeds, damping, scale)
 
     @property
     def varied(self) -> str:
@@ -182,28 +181,15 @@ class _Study:
         """Speed, its ratio and the damping at a value."""
         section = self.case_at(value).section
         speed = self.speed_at(value)
+        scale = self.case.scale
+        si = {} if scale is None else {"velocity_m_s": scale.velocity(speed)}
         return {
             "speed": speed,
+            **si,
             "speed_ratio": speed / self.flutter if self.flutter else None,
             "zeta_alpha": section.zeta_alpha,
             "zeta_xi": section.zeta_xi,
         }
-
-
-def _speeds(ratio: str | None, speed: str | None, flutter: float | None) -> NDArray[np.float64]:
-    if (ratio is None) == (speed is None):
-        raise InputError("--speed-ratio or --speed: give exactly one of the two")
-    name, text = ("--speed", speed) if ratio is None else ("--speed-ratio", ratio)
-    values = numbers(name, text or "")
-    if not (values > 0.0).all():
-        raise InputError(f"{name}: must be positive")
-    if name == "--speed":
-        return values
-    if flutter is None:
-        raise InputError(
-            "--speed-ratio: the section has no linear flutter speed to refer to; give --speed"
-        )
-    return values * flutter
 
 
 def _one(study: _Study, settings: ChaosOptions, output: Output) -> None:
@@ -220,6 +206,7 @@ def _one(study: _Study, settings: ChaosOptions, output: Output) -> None:
         text=lambda: _show(study, facts, result),
         facts=facts,
         figure=lambda: _figure(study, value, system, result),
+        command="chaos",
     )
 
 
@@ -228,7 +215,11 @@ def _show(study: _Study, facts: dict[str, Any], result: ChaosResult) -> None:
     from aeroflutter.results import fields_of
 
     found = facts | fields_of(result)
-    print(study.case.title)
+    if study.scale is None:
+        found.pop("velocity_m_s", None)
+    else:  # a motion holds no speed of its own
+        found |= _in_si(result, study.scale, facts["speed"])
+    say(study.case.title)
     lists = ("lyapunov", "lyapunov_error", "statistical_error", "drift")
     hidden = (*lists, "name", "verdict", "peaks_deg")
     show_facts({"verdict": found["name"]} | {k: one for k, one in found.items() if k not in hidden})
@@ -237,6 +228,16 @@ def _show(study: _Study, facts: dict[str, Any], result: ChaosResult) -> None:
         ("exponent", "per unit tau", "error", "statistical", "drift"),
         [(i, *map(float, row)) for i, row in enumerate(rows, 1)],
     )
+
+
+def _in_si(result: ChaosResult, scale: Scale, speed: float) -> dict[str, Any]:
+    """Times and rates of a motion in s and 1/s."""
+    second = scale.seconds(1.0, speed)
+    return {
+        "period_s": result.period * second,
+        "return_time_s": result.return_time * second,
+        "largest_lyapunov_per_s": float(result.exponents.values[0]) / second,
+    }
 
 
 def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, output: Output) -> None:
@@ -262,6 +263,7 @@ def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, outp
         text=lambda: _show_scan(study, scan, bands),
         dataset=lambda: to_dataset(scan, case=study.case).rename({"value": study.varied}),
         figure=lambda: _scan_figure(study, scan),
+        command="chaos",
     )
 
 
@@ -285,22 +287,24 @@ def _band(study: _Study, band: Band, settings: ChaosOptions, halve: bool) -> dic
 
 
 def _show_scan(study: _Study, scan: ChaosScan, bands: list[dict[str, Any]]) -> None:
-    print(study.case.title)
+    say(study.case.title)
     name = {"speed_ratio": "U*/U*_L", "speed": "U*"}.get(study.varied, study.varied)
     rows = []
     for value, result in zip(scan.values, scan.results, strict=True):
         found, second = result.exponents, None
         if found.values.size > 1:
             second = float(found.values[1])
+        si = [study.scale.velocity(study.speed_at(float(value)))] if study.scale else []
         rows.append(
-            (float(value), result.name, float(found.values[0]), float(found.error[0]), second,
+            (*si, float(value), result.name, float(found.values[0]), float(found.error[0]), second,
              math.degrees(result.amplitude))
         )  # fmt: skip
-    show_table((name, "motion", "lambda 1", "error", "lambda 2", "amplitude (deg)"), rows)
+    units = ("V (m/s)",) if study.scale else ()
+    show_table((*units, name, "motion", "lambda 1", "error", "lambda 2", "amplitude (deg)"), rows)
     for band in bands:
-        print(f"chaos from {_place(band, 'lower')} to {_place(band, 'upper')}")
+        say(f"chaos from {_place(band, 'lower')} to {_place(band, 'upper')}")
     if not bands:
-        print("no chaos")
+        say("no chaos")
 
 
 def _place(band: dict[str, Any], side: str) -> str:
@@ -313,16 +317,20 @@ def _place(band: dict[str, Any], side: str) -> str:
 
 def _figure(study: _Study, value: float, system: LureSystem, result: ChaosResult) -> Figure:
     from aeroflutter.plots.chaos import plot_chaos
+    from aeroflutter.plots.style import Clock, literal
 
     if result.section.pitch.size == 0:
         raise InputError(f"--plot: the motion is {result.verdict}, there is no attractor to draw")
     response = result.trace(system, study.case.spring)
-    return plot_chaos(result, response, f"{study.case.title}, {_at(study, value)}: {result.name}")
+    title = f"{literal(study.case.title)}, {_at(study, value)}: {result.name}"
+    return plot_chaos(result, response, title, Clock.of(study.speed_at(value), study.scale))
 
 
 def _at(study: _Study, value: float) -> str:
     """The speed, as titles write it."""
     facts = study.facts(value)
+    if study.scale is not None:
+        return f"{facts['velocity_m_s']:.5g} m/s"
     if facts["speed_ratio"]:
         return f"$U^*/U^*_L$ = {facts['speed_ratio']:.4g}"
     return f"$U^*$ = {facts['speed']:.4g}"
@@ -341,7 +349,10 @@ def _scan_figure(study: _Study, scan: ChaosScan) -> Figure:
     label = labels[study.varied]
     if sum(values.size > 1 for _, values in study.damping) > 1:
         label = r"damping ratio $\zeta_\alpha$, with $\zeta_\xi$ along"
-    title = study.case.title
+    title, unit = style.literal(study.case.title), 1.0
+    if study.scale is not None and study.varied in ("speed", "speed_ratio"):
+        label = style.VELOCITY
+        unit = study.scale.speed(1.0) / study.speed_at(1.0)
     if study.speeds.size == 1:
         title += f", {_at(study, float(scan.values[0]))}"
-    return plot_chaos_scan(scan, label, title)
+    return plot_chaos_scan(scan, label, title, unit)

@@ -5,28 +5,58 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.errors import InputError
-from aeroflutter.limits import within
+from aeroflutter.cli.numbers import numbers
+from aeroflutter.cli.show import (
+    flutter_facts,
+    lowest,
+    say,
+    show_facts,
+    show_fields,
+    show_swings,
+    show_table,
+    shown,
+)
+from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.results.plain import plain
 
 if TYPE_CHECKING:
-    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.motion.response import Initial
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
-LONGEST = 8  # numbers of a list that are printed for people
+
+__all__ = [
+    "CaseName",
+    "CaseOptions",
+    "Json",
+    "Output",
+    "Units",
+    "flutter_facts",
+    "initial_motion",
+    "lowest",
+    "numbers",
+    "plain",
+    "print_json",
+    "say",
+    "show_facts",
+    "show_fields",
+    "show_swings",
+    "show_table",
+    "shown",
+    "shown_scale",
+    "target_problems",
+]
 
 CaseName = Annotated[str, Parameter(help="TOML file or name of a built-in case.")]
 Json = Annotated[
@@ -38,6 +68,32 @@ Json = Annotated[
         help="Print one JSON object instead of text.",
     ),
 ]
+
+
+Units = Annotated[
+    Literal["si", "nondimensional"] | None,
+    Parameter(
+        name="--units",
+        help="Units of tables and figures: si (m/s, Hz, s) is the default where the case has SI "
+        "data. Files and --json hold both.",
+    ),
+]
+
+
+def shown_scale(units: str | None, case: Case) -> Scale | None:
+    """What turns tables and figures into SI units; None where they stay nondimensional.
+
+    Raises
+    ------
+    InputError
+        If SI units are asked for and the case has no SI data.
+    """
+    scale = case.scale
+    if units == "si" and scale is None:
+        raise InputError(
+            f"--units si: {case.source} has no SI data; give the section in a table [section.si]"
+        )
+    return None if units == "nondimensional" else scale
 
 
 @Parameter(name="*")
@@ -87,6 +143,16 @@ class Output:
     plot: Annotated[
         Path | None, Parameter(name="--plot", help="Draw into this file (.png, .svg or .pdf).")
     ] = None
+    units: Units = None
+    overwrite: Annotated[
+        bool,
+        Parameter(
+            name="--overwrite",
+            negative=(),
+            show_default=False,
+            help="Let --out replace the file of another case or command.",
+        ),
+    ] = False
 
     def check(self) -> None:
         """Refuse targets that cannot be written before any work is done.
@@ -101,6 +167,23 @@ class Output:
         if problems:
             raise InputError(problems)
 
+    def begin(self, case: Case, command: str) -> Scale | None:
+        """Before a command computes: what its tables and figures are scaled by, None in U* and tau.
+
+        Raises
+        ------
+        InputError
+            If there are no SI data to show, or `--out` holds something else.
+        """
+        if self.out is not None and self.out.exists() and not self.overwrite:
+            other = _other(self.out, case, command)
+            if other:
+                raise InputError(
+                    f"--out {self.out}: exists and {other}; give another name, or --overwrite to "
+                    "replace it"
+                )
+        return shown_scale(self.units, case)
+
     def deliver(
         self,
         payload: Mapping[str, Any],
@@ -108,8 +191,9 @@ class Output:
         text: Callable[[], None],
         dataset: Callable[[], xr.Dataset] | None = None,
         figure: Callable[[], Figure] | None = None,
+        command: str = "",
     ) -> None:
-        """Print, save and draw, each only if asked for.
+        """Print, save and draw, each only if asked for; what fails takes nothing else with it.
 
         Parameters
         ----------
@@ -119,24 +203,32 @@ class Output:
             Prints the result for people.
         dataset, figure
             Make what `--out` saves and `--plot` draws.
+        command
+            Noted in what is saved.
         """
-        from aeroflutter.files import replacing
-
-        if self.out and dataset:
-            with replacing(self.out) as part:
-                dataset().to_netcdf(part, engine="netcdf4")
-        if self.plot and figure:
-            from aeroflutter.plots.style import save
-
-            with replacing(self.plot) as part:
-                save(figure(), part)
-        if self.json:
-            print_json(payload)
-            return
-        text()
-        for path in (self.out, self.plot):
-            if path:
-                print(f"written: {path}")
+        failed: list[Exception] = []
+        try:
+            print_json(payload) if self.json else text()
+        except OSError as error:  # a reader that has gone takes no file with it
+            failed.append(error)
+        targets: list[tuple[str, Path | None, Any, Callable[[Path, Any, str], None]]] = [
+            ("--out", self.out, dataset, _saved),
+            ("--plot", self.plot, figure, _drawn),
+        ]
+        for option, path, make, write in targets:
+            if path is None or make is None:
+                continue
+            try:
+                write(path, make, command)
+            except FAILURES as error:
+                failed.append(_worded(f"{option} {path}", error))
+            else:
+                if not (self.json or failed):
+                    print(f"written: {path}")
+        if len(failed) > 1 and not isinstance(failed[0], OSError):
+            raise AeroflutterError("; ".join(map(str, failed)))
+        if failed:
+            raise failed[0]
 
     def result(
         self,
@@ -146,6 +238,7 @@ class Output:
         text: Callable[[], None],
         figure: Callable[[], Figure] | None = None,
         facts: Mapping[str, Any] | None = None,
+        command: str = "",
     ) -> None:
         """Deliver the result of an analysis in the encodings that every result has.
 
@@ -155,7 +248,7 @@ class Output:
             What it was computed of.
         made
             Gives the result; called only if it is printed as JSON or saved.
-        text, figure
+        text, figure, command
             As for `deliver`.
         facts
             What the command knows besides: printed before the result, and saved as attributes.
@@ -169,7 +262,53 @@ class Output:
             text=text,
             dataset=lambda: to_dataset(made(), case=case).assign_attrs(saved),
             figure=figure,
+            command=command,
         )
+
+
+FAILURES = (
+    *(AeroflutterError, OSError, ValueError, TypeError, LookupError, ArithmeticError),
+    *(RuntimeError, AttributeError, AssertionError),
+)
+"""What saving or drawing may end in, with the result already told."""
+
+
+def _saved(path: Path, make: Callable[[], xr.Dataset], command: str) -> None:
+    from aeroflutter.files import replacing
+
+    with replacing(path) as part:
+        dataset = make().assign_attrs({"command": command} if command else {})
+        dataset.to_netcdf(part, engine="netcdf4")
+
+
+def _drawn(path: Path, make: Callable[[], Figure], _: str) -> None:
+    from aeroflutter.files import replacing
+    from aeroflutter.plots.style import save
+
+    with replacing(path) as part:
+        save(make(), part)
+
+
+def _worded(target: str, error: Exception) -> Exception:
+    """What became of a file, in a line; bad input stays what it is."""
+    if isinstance(error, InputError | OSError):
+        return error
+    reason = " ".join(str(error).split()) or type(error).__name__
+    return AeroflutterError(f"{target}: cannot be made: {reason}; the result is above")
+
+
+def _other(path: Path, case: Case, command: str) -> str:
+    """What else than the result of this command and case a file holds; nothing if it holds that."""
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as held:
+            found = held.attrs
+    except (OSError, ValueError):
+        return "is no file of this program"
+    if found.get("command") != command:
+        return f"holds a result of {found.get('command') or 'another command'}"
+    return "" if found.get("case") == case.text else f"holds {found.get('title', 'another case')}"
 
 
 def target_problems(option: str, path: Path | None, suffixes: Sequence[str]) -> list[str]:
@@ -221,125 +360,3 @@ def initial_motion(case: Case, alpha_deg: float | None) -> Initial:
     if not math.isfinite(alpha_deg):
         raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
     return Initial(**case.displaced(math.radians(alpha_deg))._asdict())
-
-
-def numbers(option: str, text: str) -> NDArray[np.float64]:
-    """Numbers of an option: `A:B:N` (N of them, both ends included) or a list `a,b,c`.
-
-    Parameters
-    ----------
-    option
-        Name of the option, for messages.
-    text
-        What was given.
-
-    Returns
-    -------
-    array (N,)
-
-    Raises
-    ------
-    InputError
-        If the text is neither, or a number is not finite.
-
-    Examples
-    --------
-    >>> numbers("--speeds", "1:2:3")
-    array([1. , 1.5, 2. ])
-    """
-    import numpy as np
-
-    if ":" not in text:
-        return np.array([_number(option, part) for part in text.split(",")])
-    parts = text.split(":")
-    if len(parts) != 3:
-        raise InputError(f'{option}: "{text}" must be A:B:N or a list a,b,c')
-    low, high = _number(option, parts[0]), _number(option, parts[1])
-    return np.linspace(low, high, _count(option, parts[2]))
-
-
-def _number(option: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise InputError(f'{option}: "{text.strip()}" is not a number') from None
-    if not math.isfinite(value):
-        raise InputError(f'{option}: "{text.strip()}" is not finite')
-    return value
-
-
-def _count(option: str, text: str) -> int:
-    try:
-        count = int(text)
-    except ValueError:
-        count = 0
-    if count < 1:
-        raise InputError(f'{option}: N of A:B:N must be a whole number from 1 on, not "{text}"')
-    within("numbers", count, option)
-    return count
-
-
-def show_table(headings: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Print rows under headings; numbers to six digits, aligned right."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    rows = list(rows)
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False)
-    for index, heading in enumerate(headings):
-        numeric = bool(rows) and all(isinstance(row[index], (int, float)) for row in rows)
-        table.add_column(heading, justify="right" if numeric else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*map(shown, row))
-    width = None if sys.stdout.isatty() else 200  # a file or a pipe has no edge to wrap at
-    Console(markup=False, highlight=False, emoji=False, width=width).print(table)
-
-
-def show_fields(names: str, rows: Iterable[Mapping[str, Any]], *more: str) -> None:
-    """Print records as a table: the fields of these names, then what else the rows have."""
-    from aeroflutter.results.fields import FIELDS
-
-    shown = [(FIELDS[name].heading, name + FIELDS[name].kind.suffix) for name in names.split()]
-    keys = [key for _, key in shown] + [*more]
-    headings = [heading for heading, _ in shown] + [*more]
-    show_table(headings, [[row[key] for key in keys] for row in rows])
-
-
-def show_swings(swings: Sequence[Mapping[str, Any]]) -> None:
-    """Print how far every coordinate moves."""
-    show_table(
-        ("coordinate", "amplitude", "bias", "unit"),
-        [tuple(one[key] for key in ("name", "amplitude", "bias", "unit")) for one in swings],
-    )
-
-
-def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> str:
-    """The record of a lowest cycle as a sentence."""
-    ratio, beside = onset["speed_ratio"], "stable" if onset["stable"] else "unstable"
-    where = f"U* = {onset['speed']:.{digits}f}"
-    if math.isfinite(ratio):
-        where = f"U*/U*_L = {ratio:.{digits}f}"
-    kind = f"{onset['kind']}, {beside} cycles beside it"
-    return f"{where} at {onset['amplitude_deg']:.{figures}g} deg ({kind})"
-
-
-def show_facts(facts: Mapping[str, Any]) -> None:
-    """Print one `label: value` a line, values aligned."""
-    width = max(map(len, facts), default=0) + 1
-    for label, value in facts.items():
-        print(f"{label + ':':<{width}} {shown(value)}")
-
-
-def shown(value: Any) -> str:
-    """A value for people: numbers to six digits, a dash for what does not exist."""
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.6g}" if math.isfinite(value) else "-"
-    if isinstance(value, list) and len(value) > LONGEST:
-        ends = ", ".join(map(shown, value[:3])), ", ".join(map(shown, value[-2:]))
-        return f"[{ends[0]}, ..., {ends[1]}] ({len(value)} numbers)"
-    return str(value)

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.airspeed import AirspeedRange, pair
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
     Output,
+    flutter_facts,
     lowest,
     numbers,
+    say,
     show_facts,
     show_fields,
 )
+from aeroflutter.cli.former import former
+from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,6 +30,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.guarantees import Guarantees
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.describing import DescribingCurve
 
 _ROUND_OFF = 1e-10  # expected error below which a motion is sinusoidal
@@ -36,13 +43,12 @@ def df(
         str | None,
         Parameter(help="Cycles of exactly these amplitudes, as A:B:N or a,b,c, every family."),
     ] = None,
-    amplitude_range_deg: Annotated[
-        str | None, Parameter(help="Lowest and highest amplitude searched, as low,high.")
-    ] = None,
-    speed_ratio_range: Annotated[
-        str, Parameter(help="Lowest and highest speed ratio searched, as low,high.")
-    ] = "0.05,3",
+    smallest_deg: Annotated[float | None, Parameter(help="Smallest amplitude searched.")] = None,
+    largest_deg: Annotated[float | None, Parameter(help="Largest amplitude searched.")] = None,
+    between: AirspeedRange = AirspeedRange(),
     points: Annotated[int, Parameter(help="Points on every family.")] = 200,
+    vary: Vary = Vary(),
+    amplitude_range_deg: Annotated[str | None, Parameter(show=False)] = None,
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -58,26 +64,36 @@ def df(
 
     output.check()
     loaded = options.load(case)
-    settings = DescribingOptions(
-        amplitude_range=_amplitude_range(amplitude_range_deg),
-        speed_ratio_range=_pair("--speed-ratio-range", speed_ratio_range),
-        points=points,
-    )
-    if amplitudes_deg is None:
-        result = describing_curve(loaded.family(), loaded.spring, settings)
-    else:
-        wanted = numbers("--amplitudes-deg", amplitudes_deg)
-        if (wanted <= 0).any():
-            raise InputError("--amplitudes-deg: every amplitude must be positive")
-        result = describing_at(loaded.family(), loaded.spring, wanted * math.pi / 180, settings)
+    scale = output.begin(loaded, "df")
+    former({"--amplitude-range-deg": amplitude_range_deg}, "--smallest-deg and --largest-deg")
+    amplitudes = _amplitude_range(amplitude_range_deg, smallest_deg, largest_deg)
+    wanted = None if amplitudes_deg is None else numbers("--amplitudes-deg", amplitudes_deg)
+    if wanted is not None and (wanted <= 0).any():
+        raise InputError("--amplitudes-deg: every amplitude must be positive")
+
+    def analyse(one: Case) -> DescribingCurve:
+        settings = DescribingOptions(
+            amplitude_range=amplitudes(one),
+            speed_ratio_range=between.ratios(one, (0.05, 3.0)),
+            points=points,
+        )
+        if wanted is None:
+            return describing_curve(one.family(), one.spring, settings)
+        return describing_at(one.family(), one.spring, wanted * math.pi / 180, settings)
+
+    if vary.vary is not None:
+        vary.deliver(loaded, "df", analyse, output, rows=lowest_rows)
+        return
+    result = analyse(loaded)
     verdict = functools.cache(  # once, and only if asked for
-        lambda: _guarantees(loaded, result, single=amplitudes_deg is not None)
+        lambda: _guarantees(loaded, result, single=wanted is not None)
     )
     output.result(
         loaded,
         lambda: Proved(curve=result, guarantees=verdict()),
-        text=lambda: _print(loaded, result, every=amplitudes_deg is not None),
-        figure=lambda: _figure(loaded, result, verdict()),
+        text=lambda: _print(loaded, result, scale, every=wanted is not None),
+        figure=lambda: _figure(loaded, result, verdict(), scale),
+        command="df",
     )
 
 
@@ -106,36 +122,54 @@ def _guarantees(
     return found
 
 
-def _pair(option: str, text: str) -> tuple[float, float]:
-    values = numbers(option, text)
-    if values.size != 2 or not 0 < values[0] < values[1]:
-        raise InputError(f'{option}: "{text}" must be low,high with 0 < low < high')
-    return float(values[0]), float(values[1])
+def _amplitude_range(
+    text: str | None, smallest: float | None, largest: float | None
+) -> Callable[[Case], tuple[float, float] | None]:
+    """Lowest and highest amplitude searched in a case, None where both are left open."""
+    if text is not None:
+        low, high = pair("--amplitude-range-deg", text)
+        return lambda _: (math.radians(low), math.radians(high))
+    if smallest is None and largest is None:
+        return lambda _: None
+    for name, value in (("--smallest-deg", smallest), ("--largest-deg", largest)):
+        if value is not None and not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{name}: must be a positive number of degrees, not {value}")
+    return lambda one: _open_range(one, smallest, largest)
 
 
-def _amplitude_range(text: str | None) -> tuple[float, float] | None:
-    if text is None:
-        return None
-    low, high = _pair("--amplitude-range-deg", text)
-    return math.radians(low), math.radians(high)
+def _open_range(case: Case, smallest: float | None, largest: float | None) -> tuple[float, float]:
+    from aeroflutter.orbits.describing import DescribingOptions
+    from aeroflutter.springs import simplify
+
+    low, high = DescribingOptions().amplitudes(simplify(case.spring))
+    found = (
+        low if smallest is None else math.radians(smallest),
+        high if largest is None else math.radians(largest),
+    )
+    if not found[0] < found[1]:
+        raise InputError(
+            f"--smallest-deg, --largest-deg: {math.degrees(found[0]):g} must be below "
+            f"{math.degrees(found[1]):g}"
+        )
+    return found
 
 
-def _print(case: Case, result: DescribingCurve, *, every: bool) -> None:
+def _print(case: Case, result: DescribingCurve, scale: Scale | None, *, every: bool) -> None:
     from aeroflutter.results import fields_of
 
-    print(case.title)
-    fields = fields_of(result)
-    facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
+    say(case.title)
+    fields = fields_of(result, case if scale else None)
+    facts: dict[str, Any] = flutter_facts(result.flutter_speed, scale)
     for name in ("onset", "stable_onset"):
         facts[name.replace("_", " ")] = fields[name] and lowest(fields[name])
     show_facts(facts)
     for note in result.notes:
-        print(f"note: {note}")
+        say(f"note: {note}")
     if result.amplitude.size:
         chosen = _chosen(result, every)
         _print_points([fields["branch"][i] for i in chosen], _guarantees(case, result, chosen))
         if not every:
-            print("a selection of the points; --json and --out give them all")
+            say("a selection of the points; --json and --out give them all")
 
 
 def _print_points(points: list[dict[str, Any]], found: Guarantees) -> None:
@@ -151,7 +185,7 @@ def _print_points(points: list[dict[str, Any]], found: Guarantees) -> None:
     names = "family amplitude bias speed_ratio k stable distortion"
     show_fields(names, rows, "error of U*")
     for reason in sorted({reason.split(" (")[0] for reason in found.reason if reason}):
-        print(f"no proof where {reason}")
+        say(f"no proof where {reason}")
 
 
 def _error(found: Guarantees, i: int, speed: float) -> str:
@@ -176,7 +210,8 @@ def _chosen(result: DescribingCurve, every: bool, count: int = 12) -> list[int]:
     return chosen
 
 
-def _figure(case: Case, result: DescribingCurve, found: Guarantees) -> Figure:
+def _figure(case: Case, result: DescribingCurve, found: Guarantees, scale: Scale | None) -> Figure:
     from aeroflutter.plots.describing import plot_describing
+    from aeroflutter.plots.style import literal
 
-    return plot_describing(result, case.title, found)
+    return plot_describing(result, literal(case.title), found, scale)

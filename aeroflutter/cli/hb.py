@@ -8,22 +8,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.airspeed import AirspeedRange
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
     Output,
+    flutter_facts,
     lowest,
-    numbers,
+    say,
     show_facts,
     show_fields,
     show_table,
 )
+from aeroflutter.cli.largest import largest_of
+from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOptions
 
 Branches = tuple["HarmonicBranch", ...]
@@ -46,15 +51,16 @@ def hb(
         bool,
         Parameter(negative=(), help="Follow the branches that leave where symmetry breaks, too."),
     ] = False,
-    speed_ratio_range: Annotated[
-        str, Parameter(help="Lowest and highest speed ratio, as low,high.")
-    ] = "0.05,3",
-    largest: Annotated[
-        float, Parameter(help="Largest amplitude, in units of the spring's own size.")
-    ] = 50.0,
+    between: AirspeedRange = AirspeedRange(),
+    largest_deg: Annotated[
+        float | None,
+        Parameter(help="Largest amplitude followed; by default 50 times the spring's own size."),
+    ] = None,
     max_step: Annotated[
         float, Parameter(help="Largest step along a branch, in ln amplitude.")
     ] = 0.05,
+    vary: Vary = Vary(),
+    largest: Annotated[float | None, Parameter(show=False)] = None,
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -67,25 +73,33 @@ def hb(
     from aeroflutter.orbits.harmonic import HarmonicOptions, harmonic_families
 
     output.check()
-    settings = HarmonicOptions(
-        harmonics=_harmonics(harmonics),
-        tolerance=tolerance,
-        max_harmonics=max_harmonics,
-        symmetric=False if general else None,
-        speed_ratio_range=_pair(speed_ratio_range),
-        largest=largest,
-        max_step=max_step,
-        step=min(0.02, max_step) if max_step > 0 else 0.02,
-    )
     loaded = options.load(case)
-    branches = harmonic_families(loaded.family(), loaded.spring, settings)
-    if asymmetric:
-        branches += _asymmetric(loaded, branches, settings)
+    scale = output.begin(loaded, "hb")
+
+    def analyse(one: Case) -> Branches:
+        settings = HarmonicOptions(
+            harmonics=_harmonics(harmonics),
+            tolerance=tolerance,
+            max_harmonics=max_harmonics,
+            symmetric=False if general else None,
+            speed_ratio_range=between.ratios(one, (0.05, 3.0)),
+            largest=largest_of(one, largest_deg, largest),
+            max_step=max_step,
+            step=min(0.02, max_step) if max_step > 0 else 0.02,
+        )
+        found = harmonic_families(one.family(), one.spring, settings)
+        return found + _asymmetric(one, found, settings) if asymmetric else found
+
+    if vary.vary is not None:
+        vary.deliver(loaded, "hb", analyse, output, rows=lowest_rows)
+        return
+    branches = analyse(loaded)
     output.result(
         loaded,
         lambda: branches,
-        text=lambda: _print(loaded, branches),
-        figure=lambda: _figure(loaded, branches),
+        text=lambda: _print(loaded, branches, scale),
+        figure=lambda: _figure(loaded, branches, scale),
+        command="hb",
     )
 
 
@@ -96,13 +110,6 @@ def _harmonics(text: str) -> int | None:
         return int(text)
     except ValueError:
         raise InputError(f'--harmonics: must be a whole number or auto, not "{text}"') from None
-
-
-def _pair(text: str) -> tuple[float, float]:
-    values = numbers("--speed-ratio-range", text)
-    if values.size != 2:
-        raise InputError(f'--speed-ratio-range: "{text}" must be low,high')
-    return float(values[0]), float(values[1])
 
 
 def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Branches:
@@ -121,12 +128,14 @@ def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Br
     return tuple(found)
 
 
-def _print(case: Case, branches: Branches) -> None:
+def _print(case: Case, branches: Branches, scale: Scale | None) -> None:
     from aeroflutter.results import fields_of
 
-    print(case.title)
+    say(case.title)
+    if scale is not None:
+        show_facts(flutter_facts(branches[0].flutter_speed, scale))
     for number, branch in enumerate(branches, 1):
-        fields = fields_of(branch)
+        fields = fields_of(branch, case if scale else None)
         stable = fields["stable_onset"]
         kind = "half-wave symmetric" if branch.symmetric else "general"
         state = "converged" if branch.converged else "NOT converged"
@@ -137,22 +146,28 @@ def _print(case: Case, branches: Branches) -> None:
                 "stable onset": stable and lowest(stable).replace("cycles beside", "beside"),
             }
         )
+        units = ("V (m/s)",) if scale else ()
         if branch.bifurcations:
             show_table(
-                ("bifurcation", "U*/U*_L", "U*", "amplitude (deg)"),
+                ("bifurcation", *units, "U*/U*_L", "U*", "amplitude (deg)"),
                 [
-                    (e.kind, e.speed_ratio, e.cycle.speed, math.degrees(e.amplitude))
+                    (
+                        e.kind,
+                        *([scale.velocity(e.cycle.speed)] if scale else []),
+                        *(e.speed_ratio, e.cycle.speed, math.degrees(e.amplitude)),
+                    )
                     for e in branch.bifurcations
                 ],
             )
         _print_points(fields["branch"])
-    print("a selection of the points; --json and --out give them all")
+    say("a selection of the points; --json and --out give them all")
 
 
 def _print_points(points: list[dict[str, Any]], count: int = 12) -> None:
     chosen = points[:: max(1, (len(points) - 1) // (count - 1))]
     rows = [point | {"stable": _stability(point)} for point in chosen]
-    show_fields("speed_ratio amplitude first_harmonic bias period stable", rows)
+    si = " k" if rows and "frequency_hz" in rows[0] else ""
+    show_fields(f"speed_ratio amplitude first_harmonic bias period stable{si}", rows)
 
 
 def _stability(row: dict[str, Any]) -> str:
@@ -160,7 +175,8 @@ def _stability(row: dict[str, Any]) -> str:
     return word if row["stability_certain"] else f"{word} (not certain)"
 
 
-def _figure(case: Case, branches: Branches) -> Figure:
+def _figure(case: Case, branches: Branches, scale: Scale | None) -> Figure:
     from aeroflutter.plots.harmonic import plot_branches
+    from aeroflutter.plots.style import literal
 
-    return plot_branches(branches, case.title)
+    return plot_branches(branches, literal(case.title), scale)

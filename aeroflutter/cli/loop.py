@@ -7,24 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts, show_table
-from aeroflutter.errors import InputError
+from aeroflutter.cli.airspeed import Airspeed
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, say, show_facts, show_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
     from aeroflutter.guarantees.looptest import LoopTest
-    from aeroflutter.orbits.describing import DescribingCurve
+    from aeroflutter.model.section import Scale
 
 
 def loop(
     case: CaseName,
     *,
-    speed_ratio: Annotated[
-        float | None, Parameter(help="Speed over the linear flutter speed.")
-    ] = None,
-    speed: Annotated[float | None, Parameter(help="Speed U*, instead.")] = None,
+    airspeed: Airspeed = Airspeed(),
     harmonics: Annotated[int, Parameter(help="Highest harmonic looked at.")] = 9,
     spoils: Annotated[
         float, Parameter(help="Predicted harmonic over the first from which it is marked.")
@@ -43,46 +40,37 @@ def loop(
 
     output.check()
     settings = LoopTestOptions(harmonics=harmonics, spoils=spoils)
-    _check(speed_ratio, speed)
     loaded = options.load(case)
+    scale = output.begin(loaded, "loop")
+    at = airspeed.one(loaded, "--speed-ratio, --speed: give one of them, or --velocity")
+    assert at is not None  # or it is refused
     curve = describing_curve(loaded.family(), loaded.spring)
-    at = speed if speed is not None else _speed(speed_ratio, curve)
     result = loop_test(loaded.family(), loaded.spring, at, settings, curve)
     output.result(
         loaded,
         lambda: result,
-        text=lambda: _print(loaded, result),
-        figure=lambda: _figure(loaded, result),
+        text=lambda: _print(loaded, result, scale),
+        figure=lambda: _figure(loaded, result, scale),
+        command="loop",
     )
 
 
-def _check(speed_ratio: float | None, speed: float | None) -> None:
-    if (speed_ratio is None) == (speed is None):
-        raise InputError("--speed-ratio, --speed: give one of them")
-    name, value = ("--speed", speed) if speed is not None else ("--speed-ratio", speed_ratio)
-    if value is not None and not (math.isfinite(value) and value > 0):
-        raise InputError(f"{name}: must be positive and finite, not {value!r}")
-
-
-def _speed(speed_ratio: float | None, curve: DescribingCurve) -> float:
-    if curve.flutter_speed is None or speed_ratio is None:
-        raise InputError("--speed-ratio: the section has no flutter speed; give --speed")
-    return speed_ratio * curve.flutter_speed
-
-
-def _print(case: Case, result: LoopTest) -> None:
+def _print(case: Case, result: LoopTest, scale: Scale | None) -> None:
     from aeroflutter.results import to_json
 
-    print(case.title)
-    show_facts({"speed U*": result.speed, "U*/U*_L": result.speed_ratio})
+    say(case.title)
+    told = case if scale else None
+    si = {"V (m/s)": scale.velocity(result.speed)} if scale else {}
+    show_facts({"speed U*": result.speed, "U*/U*_L": result.speed_ratio, **si})
     if not result.cycles:
-        print("the describing function has no cycle at this speed")
-    for one, fields in zip(result.cycles, to_json(result)["cycles"], strict=True):
+        say("the describing function has no cycle at this speed")
+    for one, fields in zip(result.cycles, to_json(result, case=told)["cycles"], strict=True):
         spoiling = [str(order) for order in one.orders[one.spoiling]]
         print()
+        hertz = f" ({scale.frequency_hz(one.k, result.speed):.5g} Hz)" if scale else ""
         show_facts(
             {
-                "cycle": f"{math.degrees(one.amplitude):.5g} deg, k = {one.k:.5g}",
+                "cycle": f"{math.degrees(one.amplitude):.5g} deg, k = {one.k:.5g}{hertz}",
                 "spoiled by harmonics": ", ".join(spoiling) or "none",
                 "verdict": _verdict(fields["guarantee"]),
             }
@@ -107,6 +95,9 @@ def _verdict(fields: dict[str, Any]) -> str:
     ratio = fields["speed_ratio"]
     name, band = ("U*/U*_L", ratio) if ratio else ("U*", fields["speed"])
     said = f"proved: a cycle of this first harmonic at {name} from {band[0]:.5f} to {band[1]:.5f}"
+    if fields.get("velocity_m_s") is not None:
+        low, high = map(float, fields["velocity_m_s"])
+        said += f" ({low:.5g} to {high:.5g} m/s)"
     section = fields["amplitude_deg"]
     if section is None:
         return said
@@ -114,9 +105,12 @@ def _verdict(fields: dict[str, Any]) -> str:
     return f"{said}; at this speed {exists} of {section[0]:.4g} to {section[1]:.4g} deg"
 
 
-def _figure(case: Case, result: LoopTest) -> Figure:
+def _figure(case: Case, result: LoopTest, scale: Scale | None) -> Figure:
     from aeroflutter.plots.loop import plot_loop
+    from aeroflutter.plots.style import literal
 
     ratio = result.speed_ratio
     at = f"$U^*/U^*_L$ = {ratio:.4g}" if math.isfinite(ratio) else f"$U^*$ = {result.speed:.4g}"
-    return plot_loop(result, f"{case.title}; {at}")
+    if scale is not None:
+        at = f"{scale.velocity(result.speed):.5g} m/s"
+    return plot_loop(result, f"{literal(case.title)}; {at}", scale=scale)

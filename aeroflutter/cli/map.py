@@ -9,14 +9,27 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Json, Output, numbers, show_facts
+from aeroflutter.cli.airspeed import unit
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Json,
+    Output,
+    Units,
+    numbers,
+    say,
+    show_facts,
+    shown_scale,
+)
 from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.studies.cases import CaseCells
     from aeroflutter.studies.maps import Axis, Executor, FlutterMap, Grid
 
@@ -34,6 +47,10 @@ def map(  # noqa: A001 - the command's name
         Range, Parameter(help=f"Speed ratios U*/U*_L, A:B:N or a,b,c; default {SPEED_RATIO}.")
     ] = None,
     speed: Annotated[Range, Parameter(help="Airspeeds U* instead, A:B:N or a,b,c.")] = None,
+    velocity: Annotated[
+        Range,
+        Parameter(help="Airspeeds V in m/s instead, where the case has SI data, A:B:N or a,b,c."),
+    ] = None,
     alpha_deg: Annotated[
         Range, Parameter(help=f"Initial pitch in degrees, A:B:N or a,b,c; default {ALPHA_DEG}.")
     ] = None,
@@ -75,6 +92,7 @@ def map(  # noqa: A001 - the command's name
         Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
     ] = None,
     json: Json = False,
+    units: Units = None,
     options: CaseOptions = CaseOptions(),
     keeping: Keeping = Keeping(),
 ) -> None:
@@ -90,7 +108,8 @@ def map(  # noqa: A001 - the command's name
     output = Output(json=json, out=keeping.netcdf, plot=plot)
     output.check()
     loaded = options.load(case)
-    grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y)
+    scale = shown_scale(units, loaded)
+    grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y, velocity)
     cells = CaseCells(loaded.text, loaded.source, grid, fixed)
     settings = _settings(engine, dt, duration, thesis, tolerance if refine else None)
     executor = keeping.executor(threads=grid.cells <= SMALL)
@@ -102,17 +121,57 @@ def map(  # noqa: A001 - the command's name
             "title": loaded.title,
             "engine": settings.march.engine,
             **fields_of(found, loaded),
+            **_velocities(loaded, found),
             "wall_seconds": wall,
             "store": keeping.store and str(keeping.store),
         },
         text=lambda: _print(loaded, found, wall, keeping.store),
-        dataset=lambda: to_dataset(found, case=loaded),
-        figure=lambda: _figure(loaded, cells, found),
+        dataset=lambda: _in_metres(to_dataset(found, case=loaded), loaded, found),
+        figure=lambda: _figure(loaded, cells, found, scale),
+        command="map",
     )
 
 
+def _unit(case: Case, found: FlutterMap) -> float | None:
+    """m/s of one unit of the map's axis of speeds, None where it has none or the case no scale."""
+    kinds = {axis.key for axis in (found.grid.x, found.grid.y)}
+    scale = case.scale
+    if scale is None or not kinds & {"speed", "speed_ratio"} or _rescaled(kinds):
+        return None
+    option = "--speed-ratio" if "speed_ratio" in kinds else "--speed"
+    return scale.velocity(unit(option, case))
+
+
+def _rescaled(keys: set[str]) -> bool:
+    """Whether another axis changes what U* is worth in m/s, or the flutter speed itself."""
+    return any(key.split(".")[0] in ("section", "flap", "aerodynamics") for key in keys)
+
+
+def _velocities(case: Case, found: FlutterMap) -> dict[str, Any]:
+    """The speeds of the map in m/s, where they are not already."""
+    metres = _unit(case, found)
+    if metres is None:
+        return {}
+    [axis] = [one for one in (found.grid.x, found.grid.y) if one.key in ("speed", "speed_ratio")]
+    return {"velocities_m_s": metres * axis.values}
+
+
+def _in_metres(dataset: xr.Dataset, case: Case, found: FlutterMap) -> xr.Dataset:
+    """The Dataset with the speeds in m/s beside them."""
+    for values in _velocities(case, found).values():
+        axis = "speed" if "speed" in dataset.dims else "speed_ratio"
+        about = {"units": "m s-1", "long_name": "airspeed V"}
+        return dataset.assign_coords(velocity_m_s=(axis, values, about))
+    return dataset
+
+
 def axes(
-    speed_ratio: str | None, speed: str | None, alpha_deg: str | None, x: str | None, y: str | None
+    speed_ratio: str | None,
+    speed: str | None,
+    alpha_deg: str | None,
+    x: str | None,
+    y: str | None,
+    velocity: str | None = None,
 ) -> tuple[Grid, tuple[str, float] | None]:
     """The grid that the options ask for, and the airspeed where it does not vary.
 
@@ -123,17 +182,20 @@ def axes(
     """
     from aeroflutter.studies.maps import Axis, Grid
 
-    if speed_ratio is not None and speed is not None:
-        raise InputError("--speed: excludes --speed-ratio; give one of the two")
+    airspeeds = {"speed_ratio": speed_ratio, "speed": speed, "velocity": velocity}
+    chosen_speeds = {key: text for key, text in airspeeds.items() if text is not None}
+    if len(chosen_speeds) > 1:
+        first, *others = (f"--{key.replace('_', '-')}" for key in chosen_speeds)
+        raise InputError(f"{', '.join(others)}: excludes {first}; give one of the two")
     given = [_keyed(option, text) for option, text in (("--x", x), ("--y", y)) if text is not None]
     keys = [axis.key for axis in given]
-    flow = Axis("speed", numbers("--speed", speed)) if speed is not None else None
-    if speed_ratio is not None:
-        flow = Axis("speed_ratio", numbers("--speed-ratio", speed_ratio))
+    flow = None
+    for key, text in chosen_speeds.items():
+        flow = Axis(key, numbers(f"--{key.replace('_', '-')}", text))
     pitch = (
         None if alpha_deg is None else Axis("initial.alpha_deg", numbers("--alpha-deg", alpha_deg))
     )
-    varies = {"speed", "speed_ratio"} & set(keys)
+    varies = set(airspeeds) & set(keys)
     if flow is None and not varies and len(given) < 2:
         flow = Axis("speed_ratio", numbers("--speed-ratio", SPEED_RATIO))
     fixed = None
@@ -146,7 +208,11 @@ def axes(
         chosen.reverse()
     if len(chosen) != 2:
         listed = ", ".join(axis.key for axis in chosen)
-        raise InputError(f"axes: a map has two, not {len(chosen)} ({listed}); drop or fix some")
+        which = "two axes" if len(chosen) > 2 else "two axes and has only one"
+        raise InputError(
+            f"axes: a map takes {which}: {listed}; give --x or --y for any other key, and one "
+            "airspeed to hold it fixed"
+        )
     if varies and fixed is not None:
         raise InputError(f"{varies.pop()}: stands on an axis; drop the fixed airspeed")
     return Grid(*chosen), fixed
@@ -193,7 +259,7 @@ def _run(
 def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> None:
     from aeroflutter.motion.response import STATES
 
-    print(case.title)
+    say(case.title)
     cells = found.grid.cells
     counts = {state: found.count(state) for state in (*STATES, "failed")}
     facts: dict[str, Any] = {"cells": f"{cells} ({len(found.grid.x)} x {len(found.grid.y)})"}
@@ -210,13 +276,15 @@ def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> No
         facts["store"] = str(store)
     show_facts(facts)
     for failure in found.failures:
-        print(f"failed: {failure['block']}: {failure['reason']}")
+        say(f"failed: {failure['block']}: {failure['reason']}")
 
 
-def _figure(case: Case, cells: CaseCells, found: FlutterMap) -> Figure:
+def _figure(case: Case, cells: CaseCells, found: FlutterMap, scale: Scale | None) -> Figure:
     from aeroflutter.plots.maps import plot_map
+    from aeroflutter.plots.style import literal
 
-    return plot_map(found, case.title, _marks(case, cells, found))
+    metres = None if scale is None else _unit(case, found)
+    return plot_map(found, literal(case.title), _marks(case, cells, found), metres)
 
 
 def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
@@ -224,18 +292,19 @@ def _marks(case: Case, cells: CaseCells, found: FlutterMap) -> dict[str, float]:
     from aeroflutter.errors import ConvergenceError
     from aeroflutter.linear.rootlocus import flutter_speed
 
-    if cells.shared != 0 or found.grid.x.key not in ("speed", "speed_ratio"):
+    key = found.grid.x.key
+    if cells.shared != 0 or key not in ("speed", "speed_ratio", "velocity"):
         return {}
     flutter = flutter_speed(case.loop()[0])
     if flutter is None:
         return {}
-    unit = flutter if found.grid.x.key == "speed_ratio" else 1.0
-    marks = {"linear flutter": flutter / unit}
+    one = unit(f"--{key.replace('_', '-')}", case)
+    marks = {"linear flutter": flutter / one}
     for name, onset in (("DF onset", _df_onset), ("exact onset", _exact_onset)):
         with contextlib.suppress(InputError, ConvergenceError):
             speed = onset(case)
             if speed is not None:
-                marks[name] = speed / unit
+                marks[name] = speed / one
     return marks
 
 

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts, target_problems
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    flutter_facts,
+    say,
+    show_facts,
+    target_problems,
+)
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,6 +24,7 @@ if TYPE_CHECKING:
 
     from aeroflutter.case import Case
     from aeroflutter.guarantees.onset import Onset
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.cycles import CycleOnset
 
 
@@ -52,34 +61,37 @@ def onset(
     if problems:
         raise InputError(problems)
     loaded = options.load(case)
+    scale = output.begin(loaded, "onset")
     result = find(loaded.family(), loaded.spring, any_load=any_load)
     if certificate is not None and result.free is not None and result.free.certificate:
         result.free.certificate.save(certificate)
     output.result(
         loaded,
         lambda: result,
-        text=lambda: _print(loaded, result),
-        figure=lambda: _figure(loaded, result),
+        text=lambda: _print(loaded, result, scale),
+        figure=lambda: _figure(loaded, result, scale),
+        command="onset",
     )
 
 
-def _print(case: Case, result: Onset) -> None:
-    print(case.title)
+def _print(case: Case, result: Onset, scale: Scale | None) -> None:
+    say(case.title)
     divergence = result.linear.divergence
-    facts: dict[str, Any] = {"linear flutter speed U*": result.flutter_speed}
+    facts: dict[str, Any] = flutter_facts(result.flutter_speed, scale)
     if divergence is not None:
-        facts["divergence U*"] = divergence
-    facts["proved free"] = _proved(result)
-    facts["lowest cycle"] = _cycle(result.lowest)
-    facts["lowest stable cycle"] = _cycle(result.lowest_stable)
+        si = f" ({scale.velocity(divergence):.5g} m/s)" if scale else ""
+        facts["divergence U*"] = f"{divergence:.6g}{si}"
+    facts["proved free"] = _proved(result, scale)
+    facts["lowest cycle"] = _cycle(result.lowest, scale)
+    facts["lowest stable cycle"] = _cycle(result.lowest_stable, scale)
     if result.gap is not None:
         facts["between"] = f"{100.0 * result.gap:.3g} % of the speed of the lowest cycle"
     show_facts(facts)
     for note in result.notes:
-        print(f"note: {note}")
+        say(f"note: {note}")
 
 
-def _proved(result: Onset) -> str | None:
+def _proved(result: Onset, scale: Scale | None) -> str | None:
     free, unit = result.free, result.flutter_speed
     if free is None or result.free_below is None:
         return None
@@ -88,20 +100,25 @@ def _proved(result: Onset) -> str | None:
     start = "every speed" if low == 0.0 else f"from {low:.2g}"
     how = "certified" if free.certified else "not certified"
     end = f"{name} = {math.floor(high * 1e6) / 1e6:.6f}"
+    if scale is not None:
+        end += f", {math.floor(scale.velocity(free.high) * 1e3) / 1e3:.7g} m/s"
     return f"{start} to {end} ({how}; any start, any steady load)"
 
 
-def _cycle(found: CycleOnset | None) -> str | None:
+def _cycle(found: CycleOnset | None, scale: Scale | None) -> str | None:
     if found is None:
         return None
     cycle = found.cycle
     where = f"U*/U*_L = {cycle.speed_ratio:.6f}"
     if not math.isfinite(cycle.speed_ratio):
         where = f"U* = {cycle.speed:.6f}"
+    if scale is not None:
+        where = f"{scale.velocity(cycle.speed):.5g} m/s, {where}"
     return f"{where} at {math.degrees(cycle.amplitude):.5g} deg ({found.kind})"
 
 
-def _figure(case: Case, result: Onset) -> Figure:
+def _figure(case: Case, result: Onset, scale: Scale | None) -> Figure:
     from aeroflutter.plots.onset import plot_onset
+    from aeroflutter.plots.style import literal
 
-    return plot_onset(result, case.title)
+    return plot_onset(result, literal(case.title), scale)

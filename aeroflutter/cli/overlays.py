@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from aeroflutter.cli.common import numbers
+from aeroflutter.cli.airspeed import axis_of_speeds
 from aeroflutter.errors import InputError
 from aeroflutter.files import read_bytes
 
@@ -38,14 +38,12 @@ def overlays(
     if not plot and (df or simulate is not None or points_csv is not None):
         raise InputError("--df, --simulate, --points-csv: only add to a figure; give --plot FILE")
     ready = [] if points_csv is None else [read_points(points_csv, _flutter(case))]
-    ratios = None if simulate is None else numbers("--simulate", simulate)
-    if ratios is not None and not (ratios > 0).all():
-        raise InputError("--simulate: every speed ratio must be positive")
+    speeds = None if simulate is None else axis_of_speeds("--simulate", simulate, case)
 
     def compute() -> list[Overlay]:
         found = [_describing(case)] if df else []
-        if ratios is not None:
-            found += _simulated(case, ratios * (_flutter(case) or 1.0))
+        if speeds is not None:
+            found += _simulated(case, speeds)
         return found + ready
 
     return compute
@@ -96,7 +94,9 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
                 "flutter speed; give the column speed"
             )
         speed = speed * flutter
-    return Overlay(path.stem, "points", speed, np.radians(amplitude))
+    from aeroflutter.plots.style import literal
+
+    return Overlay(literal(path.stem), "points", speed, np.radians(amplitude))
 
 
 def _flutter(case: Case) -> float | None:

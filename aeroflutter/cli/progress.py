@@ -6,14 +6,22 @@ import contextlib
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from aeroflutter.studies.maps import Progress
 
 FIRST, OFTEN = 5.0, 10.0  # seconds until the first plain line, and between two
+PATIENCE = 2.0  # seconds before a bar of one long run appears
 
 Report = Callable[["Progress"], None]
+
+
+def pace(rate: float, unit: str) -> str:
+    """How fast things are done, or, where it is less than one a second, how long one takes."""
+    if rate >= 10.0:
+        return f"{rate:,.0f} {unit}/s"
+    return f"{rate:.1f} {unit}/s" if rate >= 1.0 else f"{1.0 / rate:.3g} s for one of the {unit}"
 
 
 @contextlib.contextmanager
@@ -48,7 +56,7 @@ def _bar(unit: str) -> Iterator[Report]:
                 tasks[state.phase] = name, time.monotonic()
             name, begin = tasks[state.phase]
             rate = state.done / max(time.monotonic() - begin, 1e-9)
-            text = f"{rate:,.0f} {unit}/s" if state.done else ""
+            text = pace(rate, unit) if state.done else ""
             bar.update(name, completed=state.before + state.done, rate=text)
 
         yield report
@@ -75,7 +83,7 @@ class _Lines:
         left = (state.total - state.before - state.done) / rate
         print(
             f"{state.phase}: {state.before + state.done:,} of {state.total:,} {self.unit}, "
-            f"{rate:,.0f} {self.unit}/s, {left:.0f} s left",
+            f"{pace(rate, self.unit)}, {left:.0f} s left",
             file=sys.stderr,
             flush=True,
         )
@@ -94,3 +102,57 @@ def counting(unit: str) -> Iterator[Callable[[object], None]]:
             print(f"{count:,} {unit} so far", file=sys.stderr, flush=True)
 
     yield tick
+
+
+@contextlib.contextmanager
+def late_bar(label: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar on a terminal that appears when the work takes longer than `PATIENCE`.
+
+    It appears by the clock: the first use of an engine compiles it, which tells nothing of its
+    progress.
+
+    Yields
+    ------
+    callable
+        To be called now and then with the fraction done.
+    """
+    from threading import Timer
+
+    bars: list[Any] = []
+
+    def show() -> None:
+        bar = _percents()
+        bar.add_task(label, total=1.0)
+        bar.start()
+        bars.append(bar)
+
+    def tick(fraction: float) -> None:
+        for bar in bars:
+            bar.update(bar.task_ids[0], completed=fraction)
+
+    timer = Timer(PATIENCE, show)
+    timer.daemon = True
+    if sys.stderr.isatty():
+        timer.start()
+    try:
+        yield tick
+    finally:
+        timer.cancel()
+        if timer.is_alive():
+            timer.join()  # it may be about to show the bar
+        for bar in bars:
+            bar.stop()
+
+
+def _percents() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )

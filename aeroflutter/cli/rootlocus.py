@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_facts, show_table
+from aeroflutter.cli.airspeed import Airspeeds, pair, scale_of
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    numbers,
+    say,
+    show_facts,
+    show_table,
+)
+from aeroflutter.cli.former import former
+from aeroflutter.cli.varying import Vary
+from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,14 +27,14 @@ if TYPE_CHECKING:
     from aeroflutter.case import Case
     from aeroflutter.linear.rootlocus import RootLocus
     from aeroflutter.model.lure import Real
+    from aeroflutter.model.section import Scale
+    from aeroflutter.studies.vary import Member
 
 
 def rootlocus(
     case: CaseName,
     *,
-    speeds: Annotated[
-        str | None, Parameter(help="Speeds U* at which roots are listed, as A:B:N or a,b,c.")
-    ] = None,
+    airspeeds: Airspeeds = Airspeeds(),
     stiffness: Annotated[
         float, Parameter(help="Pitch stiffness that stands for the spring.")
     ] = 1.0,
@@ -30,8 +42,15 @@ def rootlocus(
         str | None,
         Parameter(help="Flutter speed against these pitch stiffnesses, as A:B:N or a,b,c."),
     ] = None,
-    low: Annotated[float | None, Parameter(help="Lowest speed U* searched.")] = None,
-    high: Annotated[float | None, Parameter(help="Highest speed U* searched.")] = None,
+    speed_range: Annotated[
+        str | None, Parameter(help="Lowest and highest airspeed U* searched, as low,high.")
+    ] = None,
+    velocity_range: Annotated[
+        str | None, Parameter(help="The same in m/s, where the case has SI data.")
+    ] = None,
+    vary: Vary = Vary(),
+    low: Annotated[float | None, Parameter(show=False)] = None,
+    high: Annotated[float | None, Parameter(show=False)] = None,
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -45,9 +64,23 @@ def rootlocus(
 
     output.check()
     loaded = options.load(case, angle=False)
-    settings = RootLocusOptions(stiffness=stiffness, low=low, high=high)
-    shown = None if speeds is None else numbers("--speeds", speeds)
-    result = root_locus(loaded.loop()[0], settings, speeds=shown)
+    scale = output.begin(loaded, "rootlocus")
+    former({"--low": low, "--high": high}, "--speed-range low,high")
+    between = _between(loaded, speed_range, velocity_range)
+    settings = RootLocusOptions(stiffness=stiffness, low=between[0] or low, high=between[1] or high)
+
+    def analyse(one: Case) -> RootLocus:
+        return root_locus(one.loop()[0], settings, speeds=airspeeds.speeds(one))
+
+    if vary.vary is not None:
+        if stiffness_curve is not None:
+            raise InputError("--stiffness-curve: excludes --vary; give one of the two")
+        vary.deliver(
+            loaded, "rootlocus", analyse, output, rows=_row,
+            facts=lambda one: {"wind_off": _wind_off(one)},
+        )  # fmt: skip
+        return
+    result = analyse(loaded)
     curve = None
     if stiffness_curve is not None:
         values = numbers("--stiffness-curve", stiffness_curve)
@@ -57,12 +90,45 @@ def rootlocus(
             "title": loaded.title,
             **fields_of(result, loaded),
             "wind_off": _wind_off(loaded),
-            **_stiffness(curve),
+            **_stiffness(curve, loaded),
         },
-        text=lambda: _print(loaded, result, curve),
+        text=lambda: _print(loaded, result, curve, scale),
         dataset=lambda: to_dataset(result, case=loaded),
-        figure=lambda: _figure(loaded, result, curve),
+        figure=lambda: _figure(loaded, result, curve, scale),
+        command="rootlocus",
     )
+
+
+def _between(
+    case: Case, speeds: str | None, velocities: str | None
+) -> tuple[float | None, float | None]:
+    """Lowest and highest U* searched, None where that is left open."""
+    if speeds is not None and velocities is not None:
+        raise InputError("--speed-range, --velocity-range: give one of the two, not both")
+    if velocities is not None:
+        scale = scale_of(case, "--velocity-range")
+        low, high = pair("--velocity-range", velocities)
+        return scale.speed(low), scale.speed(high)
+    return (None, None) if speeds is None else pair("--speed-range", speeds)
+
+
+def _row(member: Member, scale: Scale | None) -> dict[str, Any]:
+    """What a member comes to."""
+    flutter, divergence = member.result.flutter, member.result.divergence
+    if scale is None:
+        return {
+            "flutter U*": flutter and flutter.speed,
+            "k": flutter and flutter.k,
+            "divergence U*": divergence,
+        }
+    own = member.case.scale
+    return {
+        "flutter (m/s)": flutter and own.velocity(flutter.speed),
+        "f (Hz)": flutter and own.frequency_hz(flutter.k, flutter.speed),
+        "flutter U*": flutter and flutter.speed,
+        "k": flutter and flutter.k,
+        "divergence (m/s)": divergence and own.velocity(divergence),
+    }
 
 
 def _wind_off(case: Case) -> list[dict[str, Any]]:
@@ -83,58 +149,75 @@ def _wind_off(case: Case) -> list[dict[str, Any]]:
     return found
 
 
-def _stiffness(curve: Curve | None) -> dict[str, Any]:
+def _stiffness(curve: Curve | None, case: Case) -> dict[str, Any]:
     """Flutter speed against stiffness, if it is asked for."""
     if curve is None:
         return {}
-    return {"stiffness_curve": dict(zip(("stiffness", "speed", "k"), curve, strict=True))}
+    found = dict(zip(("stiffness", "speed", "k"), curve, strict=True))
+    if (scale := case.scale) is not None:
+        found["velocity_m_s"] = scale.velocity(1.0) * curve[1]
+        found["frequency_hz"] = scale.frequency_hz(1.0, 1.0) * curve[2] * curve[1]
+    return {"stiffness_curve": found}
 
 
 Curve = tuple["Real", "Real", "Real"]
 
 
-def _print(case: Case, result: RootLocus, curve: Curve | None) -> None:
-    print(case.title)
+def _print(case: Case, result: RootLocus, curve: Curve | None, scale: Scale | None) -> None:
+    say(case.title)
     low, high = result.searched
     flutter = result.flutter
     facts: dict[str, Any] = {}
     if flutter is None:
         facts["flutter"] = f"none between U* = {low:.4g} and {high:.4g}"
     else:
-        facts["flutter speed U*"] = f"{flutter.speed:.6f}{_si(case, flutter.speed)}"
-        facts["reduced frequency k"] = flutter.k
+        hertz = (
+            "" if scale is None else f"  ({scale.frequency_hz(flutter.k, flutter.speed):.5g} Hz)"
+        )
+        facts["flutter speed U*"] = f"{flutter.speed:.6f}{_si(scale, flutter.speed)}"
+        facts["reduced frequency k"] = f"{flutter.k:.6g}{hertz}"
         facts["omega/omega_alpha"] = flutter.omega_ratio
     facts["divergence speed U*"] = (
         f"none up to U* = {high:.4g}"
         if result.divergence is None
-        else f"{result.divergence:.6f}{_si(case, result.divergence)}"
+        else f"{result.divergence:.6f}{_si(scale, result.divergence)}"
     )
     if result.unstable_at_low:
         facts["note"] = f"an oscillation grows already at the lowest speed searched, {low:.4g}"
     show_facts(facts)
     if len(result.crossings) > 1:
-        show_table(
-            ("crossing at U*", "k", "omega/omega_alpha", "becomes"),
-            [
-                (c.speed, c.k, c.omega_ratio, "growing" if c.growing else "damped")
-                for c in result.crossings
-            ],
-        )
+        _show_crossings(result, scale)
     if curve is not None:
-        show_table(
-            ("stiffness N", "flutter U*", "k"),
-            [tuple(map(float, row)) for row in zip(*curve, strict=True)],
-        )
+        _show_stiffness(curve, scale)
 
 
-def _si(case: Case, speed: float) -> str:
-    scale = case.scale
+def _show_crossings(result: RootLocus, scale: Scale | None) -> None:
+    rows = []
+    for one in result.crossings:
+        si = [scale.velocity(one.speed), scale.frequency_hz(one.k, one.speed)] if scale else []
+        becomes = "growing" if one.growing else "damped"
+        rows.append((one.speed, *si, one.k, one.omega_ratio, becomes))
+    units = ("V (m/s)", "f (Hz)") if scale else ()
+    show_table(("crossing at U*", *units, "k", "omega/omega_alpha", "becomes"), rows)
+
+
+def _show_stiffness(curve: Curve, scale: Scale | None) -> None:
+    rows = []
+    for stiffness, speed, k in zip(*(map(float, one) for one in curve), strict=True):
+        si = [scale.velocity(speed), scale.frequency_hz(k, speed)] if scale else []
+        rows.append((stiffness, speed, *si, k))
+    units = ("V (m/s)", "f (Hz)") if scale else ()
+    show_table(("stiffness N", "flutter U*", *units, "k"), rows)
+
+
+def _si(scale: Scale | None, speed: float) -> str:
     return "" if scale is None else f"  ({scale.velocity(speed):.5g} m/s)"
 
 
-def _figure(case: Case, result: RootLocus, curve: Curve | None) -> Figure:
+def _figure(case: Case, result: RootLocus, curve: Curve | None, scale: Scale | None) -> Figure:
     from aeroflutter.plots.rootlocus import plot_root_locus, plot_stiffness
+    from aeroflutter.plots.style import literal
 
     if curve is not None:
-        return plot_stiffness(curve[0], curve[1], case.title)
-    return plot_root_locus(result, case.title)
+        return plot_stiffness(curve[0], curve[1], literal(case.title), scale)
+    return plot_root_locus(result, literal(case.title), scale)

@@ -3,45 +3,40 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.airspeed import EXACTLY_ONE, Airspeed, axis_of_speeds, unit
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
     Output,
     initial_motion,
-    numbers,
+    say,
     show_facts,
     show_fields,
     show_swings,
 )
+from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.motion.response import Initial, SimulateOptions
+    from aeroflutter.motion.sweeps import Sweep
     from aeroflutter.results.motions import Run
-
-PATIENCE = 2.0  # seconds before a progress bar appears
 
 
 def simulate(
     case: CaseName,
     *,
-    speed_ratio: Annotated[
-        float | None, Parameter(help="Airspeed over the linear flutter speed.")
-    ] = None,
-    speed: Annotated[float | None, Parameter(help="Airspeed U* = V/(b omega_alpha).")] = None,
+    airspeed: Airspeed = Airspeed(),
     alpha_deg: Annotated[
         float | None, Parameter(help="Initial pitch in degrees; the case's own by default.")
     ] = None,
@@ -74,8 +69,9 @@ def simulate(
     sweep: Annotated[
         str | None,
         Parameter(
-            help="Speed ratios A:B:N visited up and then down again, each run starting where the "
-            "last one ended."
+            help="Speed ratios A:B:N, or velocity=A:B:N in m/s, visited up and then down again, "
+            "each run starting where the last one ended; the way down starts once more from the "
+            "initial motion where the way up ended at rest or diverged, and says so."
         ),
     ] = None,
     kick_deg: Annotated[
@@ -90,47 +86,68 @@ def simulate(
 ) -> None:
     """March the section in time and say how its motion ends: damped, LCO, aperiodic, divergent.
 
-    Give --speed-ratio or --speed, or --sweep. With --plot or --out the march goes on beyond the
-    decision, to --duration or to twice the time that the decision took.
+    Give --speed-ratio, --speed or --velocity, or --sweep. With --plot or --out the march goes on
+    beyond the decision, to --duration or to twice the time that the decision took.
     """
+    from aeroflutter.linear.rootlocus import flutter_speed
     from aeroflutter.results import fields_of, to_dataset
 
     output.check()
     loaded = options.load(case)
+    scale = output.begin(loaded, "simulate")
     settings = _settings(engine, dt, duration, thesis)
     start = initial_motion(loaded, alpha_deg)
-    flutter = _flutter_speed(loaded)
     if sweep is not None:
-        if speed is not None or speed_ratio is not None:
-            raise InputError("--sweep: excludes --speed and --speed-ratio; give one of the three")
-        ratios = numbers("--sweep", sweep)
-        _sweeps(loaded, start, settings, ratios, flutter, kick_deg, output)
+        if airspeed.given() is not None:
+            raise InputError(
+                "--sweep: excludes --speed, --speed-ratio and --velocity; give one of them"
+            )
+        _sweeps(loaded, start, settings, axis_of_speeds("--sweep", sweep, loaded), kick_deg, output)
         return
     if kick_deg != 0.0:
         raise InputError(
             "--kick-deg: only with --sweep; for one run --set initial.alpha_rate_deg=3"
         )
-    run = _single(loaded, start, settings, _speed(speed, speed_ratio, flutter), flutter)
+    speed = airspeed.one(loaded, EXACTLY_ONE)
+    assert speed is not None  # or it is refused
+    run = _single(loaded, start, settings, speed, flutter_speed(loaded.loop()[0]))
     shown = run
     if output.plot or output.out:
         shown = _continued(loaded, run, settings, duration)
+    lasts = {} if shown is run else _lasts(shown, loaded)
     output.deliver(
-        {"title": loaded.title, **fields_of(run, loaded)},
-        text=lambda: _shown(loaded, run),
-        dataset=lambda: to_dataset(shown, case=loaded),
-        figure=lambda: _figure(loaded, shown, figure),
+        {"title": loaded.title, **fields_of(run, loaded), **lasts},
+        text=lambda: _shown(loaded, run, scale, lasts),
+        dataset=lambda: to_dataset(shown, case=loaded).assign_attrs(
+            {**_decided(run, loaded), **lasts}
+        ),
+        figure=lambda: _figure(loaded, shown, figure, scale),
+        command="simulate",
     )
 
 
-def _shown(case: Case, run: Run) -> None:
+def _decided(run: Run, case: Case) -> dict[str, float]:
+    """After what time the end was certain, in tau and s: the same number wherever it stands."""
+    from aeroflutter.results import to_json
+
+    found = to_json(run, case=case)
+    return {key: found[key] for key in ("duration", "duration_s") if key in found}
+
+
+def _lasts(shown: Run, case: Case) -> dict[str, float]:
+    """How long the trace is that is drawn and saved."""
+    return {f"trace_{key}": value for key, value in _decided(shown, case).items()}
+
+
+def _shown(case: Case, run: Run, scale: Scale | None, lasts: dict[str, float]) -> None:
     """Print a run for people."""
     from aeroflutter.results import fields_of
 
     names = {"speed": "speed U*", "speed_ratio": "U*/U*_L", "flutter_speed": "U*_L"}
-    print(case.title)
-    fields = fields_of(run, case)
+    say(case.title)
+    fields = fields_of(run, case if scale else None)
     moving, springs = fields.pop("coordinates"), fields.pop("springs")
-    show_facts({names.get(key, key): value for key, value in fields.items()})
+    show_facts({names.get(key, key): value for key, value in {**fields, **lasts}.items()})
     if len(springs) > 1:
         show_swings(moving)
 
@@ -156,32 +173,6 @@ def _settings(engine: str, dt: float, duration: float | None, thesis: bool) -> S
     return SimulateOptions(engine=engine, dt=dt, **given)
 
 
-def _flutter_speed(case: Case) -> float | None:
-    from aeroflutter.linear.rootlocus import flutter_speed
-
-    return flutter_speed(case.loop()[0])
-
-
-def _speed(speed: float | None, ratio: float | None, flutter: float | None) -> float:
-    if (speed is None) == (ratio is None):
-        raise InputError("--speed-ratio or --speed: give exactly one of the two")
-    name, value = ("--speed", speed) if ratio is None else ("--speed-ratio", ratio)
-    if value is None or not (math.isfinite(value) and value > 0.0):
-        raise InputError(f"{name}: must be a positive number, not {value}")
-    if name == "--speed":
-        return value
-    return value * _needed(flutter)
-
-
-def _needed(flutter: float | None) -> float:
-    """The flutter speed that ratios refer to."""
-    if flutter is None:
-        raise InputError(
-            "--speed-ratio: the section has no linear flutter speed to refer to; give --speed"
-        )
-    return flutter
-
-
 def _single(
     case: Case, start: Initial, settings: SimulateOptions, speed: float, flutter: float | None
 ) -> Run:
@@ -194,42 +185,47 @@ def _single(
     return Run(speed=speed, flutter_speed=flutter, start=start, response=response)
 
 
-def _figure(case: Case, run: Run, kind: str) -> Figure:
+def _figure(case: Case, run: Run, kind: str, scale: Scale | None) -> Figure:
+    from aeroflutter.plots.style import Clock, literal
     from aeroflutter.plots.timemarch import plot_response
 
     ratio = run.speed_ratio
     at = f"$U^*$ = {run.speed:.4g}" if ratio is None else f"$U^*/U^*_L$ = {ratio:.4g}"
-    title = f"{case.title}, {at}: {run.response.state}"
-    return plot_response(run.response, kind, title)
+    if scale is not None:
+        at = f"{scale.velocity(run.speed):.5g} m/s"
+    title = f"{literal(case.title)}, {at}: {run.response.state}"
+    return plot_response(run.response, kind, title, Clock.of(run.speed, scale))
 
 
 def _sweeps(
     case: Case,
     start: Initial,
     settings: SimulateOptions,
-    ratios: Any,
-    flutter: float | None,
+    speeds: Any,
     kick_deg: float,
     output: Output,
 ) -> None:
     """Up and down again; the way down starts where the way up ended, or from `start` if it left."""
     from aeroflutter.motion.sweeps import there_and_back
-    from aeroflutter.plots.timemarch import plot_sweeps
     from aeroflutter.results import fields_of, to_dataset
     from aeroflutter.results.dataset import side_by_side
     from aeroflutter.results.motions import Pass
 
-    reference = _needed(flutter)
+    scale = output.begin(case, "simulate")
+    reference = unit("--speed-ratio", case)
     with late_bar("sweeping") as tick:
         passes = there_and_back(
             *case.loop(),
-            ratios * reference,
+            speeds,
             start,
             replace(settings, progress=tick),
             math.radians(kick_deg),
         )
     made = [Pass(one, reference) for one in passes]
-    found = [fields_of(one, case) for one in made]
+    starts = _starts(passes, start)
+    found = [
+        {**fields_of(one, case), "starts": words} for one, words in zip(made, starts, strict=True)
+    ]
     output.deliver(
         {
             "title": case.title,
@@ -237,78 +233,55 @@ def _sweeps(
             "alpha_deg": math.degrees(start.alpha),
             "sweeps": found,
         },
-        text=lambda: _show_sweeps(case, found),
+        text=lambda: _show_sweeps(case, found, scale),
         dataset=lambda: side_by_side(
             {one["direction"]: to_dataset(p, case=case) for one, p in zip(found, made, strict=True)}
-        ).assign_attrs(flutter_speed=reference),
-        figure=lambda: plot_sweeps(passes, reference, case.title),
+        ).assign_attrs(
+            flutter_speed=reference,
+            **{f"starts_{one['direction']}": one["starts"] for one in found},
+        ),
+        figure=lambda: _sweeps_figure(case, passes, reference, scale),
+        command="simulate",
     )
 
 
-def _show_sweeps(case: Case, passes: list[dict[str, Any]]) -> None:
-    print(case.title)
+def _starts(passes: Sequence[Sweep], start: Initial) -> tuple[str, str]:
+    """Where either pass starts: the second from the first one's end, if that was a cycle."""
+    initial = f"from the initial motion, {math.degrees(start.alpha):.6g} deg"
+    last = passes[0].state[-1]
+    if last in ("lco", "aperiodic"):
+        return initial, "from where the way out ended"
+    why = "it came to rest" if last == "damped" else f"it ended {last}"
+    return initial, f"{initial}, once more: at the end of the way out {why}"
+
+
+def _sweeps_figure(
+    case: Case, passes: Sequence[Sweep], reference: float, scale: Scale | None
+) -> Figure:
+    from aeroflutter.plots.style import Airspeed, literal
+    from aeroflutter.plots.timemarch import plot_sweeps
+
+    across = Airspeed.of(reference, scale)
+    return plot_sweeps(passes, across.unit, literal(case.title), label=across.label)
+
+
+def _show_sweeps(case: Case, passes: list[dict[str, Any]], scale: Scale | None) -> None:
+    say(case.title)
     for found in passes:
-        print(f"\nspeed {'rising' if found['direction'] == 'up' else 'falling'}")
-        columns = {key: one for key, one in found.items() if key not in ("direction", "jumps")}
+        print()
+        rising = "rising" if found["direction"] == "up" else "falling"
+        say(f"speed {rising}, {found['starts']}")
+        alone = ("direction", "jumps", "starts")
+        columns = {
+            key: one
+            for key, one in found.items()
+            if key not in alone and (scale or not key.endswith(("_m_s", "_hz", "_s")))
+        }
         rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
         show_fields("speed_ratio state amplitude bias period", rows)
         for jump in found["jumps"]:
             speeds, sizes = jump["speed_ratio"], jump["amplitude_deg"]
-            print(
+            say(
                 f"jump between {speeds[0]:.5g} and {speeds[1]:.5g}: "
                 f"{sizes[0]:.4g} to {sizes[1]:.4g} deg"
             )
-
-
-@contextmanager
-def late_bar(label: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on a terminal that appears when the work takes longer than `PATIENCE`.
-
-    It appears by the clock: the first use of an engine compiles it, which tells nothing of its
-    progress.
-
-    Yields
-    ------
-    callable
-        To be called now and then with the fraction done.
-    """
-    from threading import Timer
-
-    bars: list[Any] = []
-
-    def show() -> None:
-        bar = _bar()
-        bar.add_task(label, total=1.0)
-        bar.start()
-        bars.append(bar)
-
-    def tick(fraction: float) -> None:
-        for bar in bars:
-            bar.update(bar.task_ids[0], completed=fraction)
-
-    timer = Timer(PATIENCE, show)
-    timer.daemon = True
-    if sys.stderr.isatty():
-        timer.start()
-    try:
-        yield tick
-    finally:
-        timer.cancel()
-        if timer.is_alive():
-            timer.join()  # it may be about to show the bar
-        for bar in bars:
-            bar.stop()
-
-
-def _bar() -> Any:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, show_table
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, say, show_table
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
 
+    from aeroflutter.case import Case
     from aeroflutter.results.motions import SpringLaw
     from aeroflutter.springs import Describing
 
@@ -50,6 +51,7 @@ def spring(
 
     output.check()
     loaded = options.load(case)
+    output.begin(loaded, "spring")
     law = loaded.spring
     turns = _turns(path_deg, law.scale)
     pitch = _through(turns)
@@ -72,8 +74,9 @@ def spring(
     output.result(
         loaded,
         lambda: found,
-        text=lambda: _print(loaded.title, turns, respond(law, turns)[0], amplitude, found.gains),
+        text=lambda: _print(loaded, turns, respond(law, turns)[0], amplitude, found.gains),
         figure=lambda: _figure(found, loaded.title),
+        command="spring",
     )
 
 
@@ -97,7 +100,7 @@ def _through(turns: np.ndarray) -> np.ndarray:
 
 
 def _print(
-    title: str,
+    case: Case,
     turns: np.ndarray,
     moments: np.ndarray,
     amplitude: np.ndarray,
@@ -105,7 +108,12 @@ def _print(
 ) -> None:
     import numpy as np
 
-    print(title)
+    from aeroflutter.results.cycles import spring_words
+
+    say(case.title)
+    words = spring_words(case.spring)
+    if words:
+        say(words)
     show_table(
         ("turning point (deg)", "moment (deg)"),
         [(math.degrees(a), math.degrees(m)) for a, m in zip(turns, moments, strict=True)],
@@ -120,5 +128,6 @@ def _print(
 
 def _figure(law: SpringLaw, title: str) -> Figure:
     from aeroflutter.plots.spring import plot_spring
+    from aeroflutter.plots.style import literal
 
-    return plot_spring(law.pitch, law.moment, law.amplitude, law.gains, title)
+    return plot_spring(law.pitch, law.moment, law.amplitude, law.gains, literal(title))

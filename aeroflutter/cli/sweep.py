@@ -8,19 +8,32 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Json, Output, show_facts, show_table
+from aeroflutter.cli.airspeed import Airspeed
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Json,
+    Output,
+    Units,
+    say,
+    show_facts,
+    show_table,
+    shown_scale,
+)
 from aeroflutter.cli.keeping import Keeping, compute
+from aeroflutter.cli.numbers import numbers
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.studies.maps.sampling import Distribution
     from aeroflutter.studies.maps.sweep import SweepResult
 
 SMALL = 20  # sections up to which this process is done before others have started
-SPEEDS = ("speed", "speed_ratio")
+SPEEDS = ("speed", "speed_ratio", "velocity")
 UNBOUNDED, POSITIVE = (-float("inf"), float("inf")), (0.0, float("inf"))
 
 
@@ -43,19 +56,19 @@ def sweep(
         Literal["random", "latin-hypercube", "sobol"],
         Parameter(help="Independent draws, or a design that fills the space more evenly."),
     ] = "random",
-    speed_ratio: Annotated[
-        float | None,
-        Parameter(help="Amplitude at this multiple of the nominal case's linear flutter speed."),
-    ] = None,
-    speed: Annotated[float | None, Parameter(help="Amplitude at this airspeed U*.")] = None,
-    velocity: Annotated[
-        float | None, Parameter(help="Amplitude at this airspeed in m/s (sections in SI units).")
-    ] = None,
-    onset: Annotated[bool, Parameter(help="Onset of limit cycles by describing functions.")] = True,
+    airspeed: Airspeed = Airspeed(),
+    onset: Annotated[
+        Literal["describing", "exact", "none"],
+        Parameter(
+            help="Onset of limit cycles: by the describing function, which may be some per cent "
+            "off, or exactly, which takes seconds a section."
+        ),
+    ] = "describing",
     plot: Annotated[
         Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
     ] = None,
     json: Json = False,
+    units: Units = None,
     options: CaseOptions = CaseOptions(),
     keeping: Keeping = Keeping(),
 ) -> None:
@@ -73,8 +86,9 @@ def sweep(
     output = Output(json=json, out=keeping.netcdf, plot=plot)
     output.check()
     loaded = options.load(case)
+    scale = shown_scale(units, loaded)
     distributions = parse_varied(vary)
-    fixed = _fixed_speed(speed=speed, speed_ratio=speed_ratio, velocity=velocity)
+    fixed = _fixed_speed(airspeed)
     model = CaseModel(loaded.text, loaded.source, *fixed)
     model.check(distributions)
     written = {name: str(distribution) for name, distribution in distributions.items()}
@@ -99,9 +113,10 @@ def sweep(
             "wall_seconds": wall,
             "store": keeping.store and str(keeping.store),
         },
-        text=lambda: _print(loaded, found, wall),
+        text=lambda: _print(loaded, found, wall, scale),
         dataset=lambda: to_dataset(found, case=loaded).assign_attrs(about),
-        figure=lambda: _figure(loaded, found),
+        figure=lambda: _figure(loaded, found, scale),
+        command="sweep",
     )
 
 
@@ -152,23 +167,23 @@ def bounds(key: str) -> tuple[float, float]:
     return POSITIVE if key in SPEEDS else UNBOUNDED
 
 
-def _fixed_speed(**given: float | None) -> tuple[str | None, float]:
-    chosen = [(name, value) for name, value in given.items() if value is not None]
-    if len(chosen) > 1:
-        raise InputError("--speed, --speed-ratio, --velocity: give one of them at most")
-    if not chosen:
+def _fixed_speed(airspeed: Airspeed) -> tuple[str | None, float]:
+    """Name and number of the airspeed that is given; ratios are of the nominal flutter speed."""
+    given = airspeed.given(excluded="--speed, --speed-ratio, --velocity: give one of them at most")
+    if given is None:
         return None, 0.0
-    name, value = chosen[0]
-    if not 0.0 < value < float("inf"):
-        raise InputError(f"--{name.replace('_', '-')}: must be positive, not {value!r}")
-    return name, value
+    option, text = given
+    values = numbers(option, text)
+    if values.size != 1 or not values[0] > 0.0:
+        raise InputError(f"{option}: must be positive, one number, not {text}")
+    return option.removeprefix("--").replace("-", "_"), float(values[0])
 
 
-def _print(case: Case, found: SweepResult, wall: float) -> None:
+def _print(case: Case, found: SweepResult, wall: float, scale: Scale | None) -> None:
     from aeroflutter.motion.response import STATES
-    from aeroflutter.results.studies import DISTRIBUTIONS
+    from aeroflutter.results.studies import DISTRIBUTIONS, IN_SI, METHODS
 
-    print(case.title)
+    say(case.title)
     valid = found.values["valid"]
     facts: dict[str, Any] = {"samples": found.number}
     facts |= {
@@ -182,18 +197,20 @@ def _print(case: Case, found: SweepResult, wall: float) -> None:
     facts["wall time"] = f"{wall:.3g} s"
     show_facts(facts)
     rows = []
-    for name in DISTRIBUTIONS:
+    for name in (*(IN_SI if scale else ()), *DISTRIBUTIONS):
         row = found.distribution(name)
         if row["number"]:
             q = row["quantiles"]
             spread = (row["mean"], row["deviation"], q["0.05"], q["0.5"], q["0.95"])
-            rows.append((name, row["number"], *spread))
+            how = f" ({METHODS[found.onset_method]})" if name.startswith("onset") else ""
+            rows.append((name + how, row["number"], *spread))
     show_table(("result", "number", "mean", "deviation", "5 %", "median", "95 %"), rows)
     for failure in found.failures:
-        print(f"failed: {failure['block']}: {failure['reason']}")
+        say(f"failed: {failure['block']}: {failure['reason']}")
 
 
-def _figure(case: Case, found: SweepResult) -> Figure:
+def _figure(case: Case, found: SweepResult, scale: Scale | None) -> Figure:
     from aeroflutter.plots.maps import plot_sweep
+    from aeroflutter.plots.style import literal
 
-    return plot_sweep(found, case.title)
+    return plot_sweep(found, literal(case.title), si=scale is not None)

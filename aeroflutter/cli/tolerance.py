@@ -7,28 +7,29 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts
+from aeroflutter.cli.airspeed import EXACTLY_ONE, Airspeed, unit
+from aeroflutter.cli.common import CaseName, CaseOptions, Output, say, show_facts
+from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.studies.tolerance import Tolerance
 
 
 def tolerance(
     case: CaseName,
     *,
-    speed_ratio: Annotated[
-        float, Parameter(help="Highest airspeed over the linear flutter speed.")
-    ],
+    airspeed: Airspeed = Airspeed(),
     amplitude_deg: Annotated[float, Parameter(help="Largest amplitude of a stable limit cycle.")],
     vary: Annotated[
-        Literal["size", "friction"],
+        Literal["size", "gap", "friction"],
         Parameter(
-            help="size: how large the whole spring may be, its shape kept. friction: the least "
-            "delta_v at the case's delta_h."
+            help="size: how large the whole spring may be, its shape kept. gap: the largest gap "
+            "at the case's friction. friction: the least friction at the case's gap."
         ),
     ] = "size",
     options: CaseOptions = CaseOptions(),
@@ -36,60 +37,77 @@ def tolerance(
 ) -> None:
     """The largest gap, or the least friction, that keeps limit cycles small enough.
 
-    Every stable limit cycle up to --speed-ratio is to stay below --amplitude-deg, half peak to
-    peak. A piecewise-linear spring is scale-free, so one branch answers for its size.
+    Every stable limit cycle up to the airspeed is to stay below --amplitude-deg, half peak to
+    peak. A piecewise-linear spring is scale-free, so one branch answers for its size; gap or
+    friction alone change the shape of the loop, so they take a branch a trial.
     """
-    from aeroflutter.studies.tolerance import least_friction
+    from aeroflutter.studies.tolerance import largest_gap, least_friction
     from aeroflutter.studies.tolerance import tolerance as largest_size
 
     output.check()
-    problems = [
-        f"{name}: must be a positive number, not {value}"
-        for name, value in (("--speed-ratio", speed_ratio), ("--amplitude-deg", amplitude_deg))
-        if not (math.isfinite(value) and value > 0.0)
-    ]
-    if problems:
-        raise InputError(problems)
+    if not (math.isfinite(amplitude_deg) and amplitude_deg > 0.0):
+        raise InputError(f"--amplitude-deg: must be a positive number, not {amplitude_deg}")
     loaded = options.load(case)
-    ask = largest_size if vary == "size" else least_friction
-    result = ask(loaded.family(), loaded.spring, speed_ratio, math.radians(amplitude_deg))
+    scale = output.begin(loaded, "tolerance")
+    at = airspeed.one(loaded, EXACTLY_ONE)
+    assert at is not None  # or it is refused
+    ask = {"size": largest_size, "gap": largest_gap, "friction": least_friction}[vary]
+    ratio = at / unit("--speed-ratio", loaded)
+    with late_bar("following limit cycles"):
+        result = ask(loaded.family(), loaded.spring, ratio, math.radians(amplitude_deg))
     output.result(
         loaded,
         lambda: result,
-        facts={"vary": vary},
-        text=lambda: _print(loaded, result, vary),
-        figure=lambda: _figure(loaded, result),
+        text=lambda: _print(loaded, result, scale),
+        figure=lambda: _figure(loaded, result, scale),
+        command="tolerance",
     )
 
 
-def _print(case: Case, result: Tolerance, vary: str) -> None:
-    from aeroflutter.results.cycles import spring_record
+WHAT = {"size": "largest spring", "gap": "largest gap", "friction": "least friction"}
+OF_CASE = {"size": "the case's own size", "gap": "the case's own gap", "friction": "the case's own"}
 
-    print(case.title)
-    limit = f"{math.degrees(result.amplitude):.6g} deg up to U*/U*_L = {result.speed_ratio:g}"
-    if result.spring is None:
-        print(f"any size keeps stable limit cycles below {limit}: there are none up to there")
+
+def _print(case: Case, result: Tolerance, scale: Scale | None) -> None:
+    from aeroflutter.results.cycles import spring_record, spring_words
+
+    say(case.title)
+    own = spring_words(case.spring)
+    if own:
+        say(f"the case: {own}")
+    limit = f"{math.degrees(result.amplitude):.6g} deg up to {_at(result.speed, result, scale)}"
+    if result.unlimited:
+        word = "gap" if result.vary == "gap" else "size"
+        say(f"any {word} keeps stable limit cycles below {limit}: there are none up to there")
+    elif result.spring is None:
+        say(f"any gap that was tried keeps stable limit cycles below {limit}")
     else:
-        what = "largest spring" if vary == "size" else "least friction"
-        print(f"{what} that keeps stable limit cycles below {limit}:")
+        say(f"{WHAT[result.vary]} that keeps stable limit cycles below {limit}:")
+        words = spring_words(result.spring)
+        if words:
+            say(f"  {words}")
         show_facts(spring_record(result.spring) or {})
         if math.isfinite(result.factor):
-            part = "the case's own size" if vary == "size" else "the case's own delta_v"
-            print(f"that is {result.factor:.6g} times {part}")
+            say(f"that is {result.factor:.6g} times {OF_CASE[result.vary]}")
     worst = result.worst
     if worst is None and result.spring is not None:
-        print("with it there is no stable limit cycle up to that speed")
+        say("with it there is no stable limit cycle up to that speed")
     elif worst is not None:
-        own = "of the case as it stands" if vary == "size" else "with that friction"
-        print(
-            f"largest stable limit cycle {own}: {math.degrees(worst.amplitude):.6g} deg at "
-            f"U*/U*_L = {worst.speed_ratio:.6g}"
-        )
+        own = "of the case as it stands" if result.vary == "size" else f"with that {result.vary}"
+        at = _at(worst.speed, result, scale)
+        say(f"largest stable limit cycle {own}: {math.degrees(worst.amplitude):.6g} deg at {at}")
     for note in result.notes:
-        print(f"note: {note}")
+        say(f"note: {note}")
 
 
-def _figure(case: Case, result: Tolerance) -> Figure:
+def _at(speed: float, result: Tolerance, scale: Scale | None) -> str:
+    """A speed in words."""
+    ratio = f"U*/U*_L = {speed / (result.speed / result.speed_ratio):.6g}"
+    return ratio if scale is None else f"{scale.velocity(speed):.5g} m/s ({ratio})"
+
+
+def _figure(case: Case, result: Tolerance, scale: Scale | None) -> Figure:
     from aeroflutter.plots.cycles import plot_tolerance
+    from aeroflutter.plots.style import literal
 
-    return plot_tolerance(result, case.title)
+    return plot_tolerance(result, literal(case.title), scale)

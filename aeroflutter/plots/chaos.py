@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.plots import style as look
-from aeroflutter.plots.timemarch import FIGURES, PITCH_RATE
+from aeroflutter.plots.timemarch import FIGURES, PITCH_RATE, TAU
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_chaos", "plot_chaos_scan"]
 
-EXPONENT = r"Lyapunov exponent (per unit $\tau$)"
+EXPONENT = r"Lyapunov exponent (per {})"
 COLOURS = {
     "periodic": look.BLUE,
     "quasi-periodic": look.GREEN,
@@ -30,7 +30,9 @@ COLOURS = {
 NAMES = (r"$\lambda_1$", r"$\lambda_2$", r"$\lambda_3$")
 
 
-def plot_chaos(result: ChaosResult, response: Response, title: str = "") -> Figure:
+def plot_chaos(
+    result: ChaosResult, response: Response, title: str = "", clock: look.Clock = TAU
+) -> Figure:
     """One motion: trace, phase plane, spectrum; Poincaré section, return map, exponents.
 
     Parameters
@@ -41,21 +43,25 @@ def plot_chaos(result: ChaosResult, response: Response, title: str = "") -> Figu
         The steady motion with its trace recorded, as `result.trace` gives it.
     title
         Written above.
+    clock
+        In what units times, frequencies and exponents are.
     """
     with look.style():
         figure, axes = look.figure(2, 3, width=10.0, height=6.2)
-        _trace(axes[0, 0], response, result.return_time)
-        _phase_plane(axes[0, 1], response, result.return_time)
-        FIGURES["psd"][0](np.array([axes[0, 2]]), response)
-        _section(axes[1, 0], result)
+        _trace(axes[0, 0], response, result.return_time, clock)
+        _phase_plane(axes[0, 1], response, result.return_time, clock)
+        FIGURES["psd"][0](np.array([axes[0, 2]]), response, clock)
+        draw(axes[1, 0], result)
         _return_map(axes[1, 1], result)
-        _convergence(axes[1, 2], result)
+        _convergence(axes[1, 2], result, clock)
         if title:
             look.headline(figure, title)
     return figure
 
 
-def plot_chaos_scan(scan: ChaosScan, label: str = look.SPEED_RATIO, title: str = "") -> Figure:
+def plot_chaos_scan(
+    scan: ChaosScan, label: str = look.SPEED_RATIO, title: str = "", unit: float = 1.0
+) -> Figure:
     """Peaks of pitch above, the largest exponents below, against the parameter.
 
     Parameters
@@ -66,43 +72,45 @@ def plot_chaos_scan(scan: ChaosScan, label: str = look.SPEED_RATIO, title: str =
         Of the parameter's axis.
     title
         Written above.
+    unit
+        Of the parameter's axis.
     """
     with look.style():
         figure, axes = look.figure(
             2, 1, width=7.2, height=6.0, sharex=True, height_ratios=(1.6, 1.0)
         )
-        _peaks(axes[0], scan)
-        _exponents(axes[1], scan)
+        draw_scan(axes[0], scan, unit)
+        _exponents(axes[1], scan, unit)
         axes[1].set_xlabel(label)
         if title:
             look.headline(figure, title)
     return figure
 
 
-def _trace(axes: Axes, response: Response, between: float) -> None:
+def _trace(axes: Axes, response: Response, between: float, clock: look.Clock) -> None:
     """Pitch over the last oscillations."""
     keep = response.time >= response.time[-1] - 30.0 * between
-    time = response.time[keep] - response.time[keep][0]
+    time = (response.time[keep] - response.time[keep][0]) / clock.second
     axes.plot(time, np.degrees(response.pitch[keep]), color=look.BLUE, linewidth=0.9)
     axes.set_xlim(time[0], time[-1])
-    axes.set_xlabel(look.TIME)
+    axes.set_xlabel(clock.time)
     axes.set_ylabel(look.PITCH)
     axes.set_title("steady motion")
 
 
-def _phase_plane(axes: Axes, response: Response, between: float) -> None:
+def _phase_plane(axes: Axes, response: Response, between: float, clock: look.Clock) -> None:
     """Pitch rate against pitch over the last oscillations."""
-    rate = np.gradient(response.pitch, response.time[1] - response.time[0])
+    rate = np.gradient(response.pitch, (response.time[1] - response.time[0]) / clock.second)
     keep = response.time >= response.time[-1] - 60.0 * between
     axes.plot(
         np.degrees(response.pitch[keep]), np.degrees(rate[keep]), color=look.BLUE, linewidth=0.5
     )
     axes.set_xlabel(look.PITCH)
-    axes.set_ylabel(PITCH_RATE)
+    axes.set_ylabel(PITCH_RATE.format(clock.per))
     axes.set_title("phase plane")
 
 
-def _section(axes: Axes, result: ChaosResult) -> None:
+def draw(axes: Axes, result: ChaosResult) -> None:
     """Heave and pitch at the maxima of pitch."""
     pitch = np.degrees(result.section.pitch)
     names = result.section.state_names
@@ -136,27 +144,27 @@ def _dots(axes: Axes, x: Any, y: Any, result: ChaosResult) -> None:
             limit(low - room, high + room)
 
 
-def _convergence(axes: Axes, result: ChaosResult) -> None:
+def _convergence(axes: Axes, result: ChaosResult, clock: look.Clock) -> None:
     """Finite-time exponents against the time they took."""
-    found = result.exponents
+    found, rate, time = result.exponents, clock.second, result.exponents.time / clock.second
     shown = min(len(NAMES), found.values.size)
     for i, colour in zip(range(shown), look.CYCLE, strict=False):
-        axes.plot(found.time, found.running[:, i], color=colour, linewidth=1.0, label=NAMES[i])
+        axes.plot(time, rate * found.running[:, i], color=colour, linewidth=1.0, label=NAMES[i])
         low, high = found.values[i] - found.error[i], found.values[i] + found.error[i]
-        axes.axhspan(low, high, color=colour, alpha=0.25, linewidth=0)
+        axes.axhspan(rate * low, rate * high, color=colour, alpha=0.25, linewidth=0)
     axes.axhline(0.0, color=look.BLACK, linewidth=0.6)
-    span = found.values[:shown]
+    span = rate * found.values[:shown]
     room = 0.4 * max(float(np.ptp(span)), 1e-12)
     axes.set_ylim(float(span.min()) - room, float(span.max()) + room)
-    axes.set_xlim(0.0, found.time[-1])
+    axes.set_xlim(0.0, time[-1])
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4), useMathText=True)
-    axes.set_xlabel(r"length of the run $\tau$")
-    axes.set_ylabel(EXPONENT)
+    axes.set_xlabel(f"length of the run: {clock.time}")
+    axes.set_ylabel(EXPONENT.format(clock.per))
     axes.set_title("finite-time exponents")
     axes.legend(loc="upper right", ncols=shown)
 
 
-def _peaks(axes: Axes, scan: ChaosScan) -> None:
+def draw_scan(axes: Axes, scan: ChaosScan, unit: float = 1.0) -> None:
     """Maxima of pitch, coloured by the verdict."""
     for value, result in zip(scan.values, scan.results, strict=True):
         peaks = np.degrees(result.peaks())
@@ -164,7 +172,7 @@ def _peaks(axes: Axes, scan: ChaosScan) -> None:
             peaks = np.degrees([result.bias])
         few = result.loops > 0 or result.verdict == "damped"
         axes.plot(
-            np.full(peaks.size, value), peaks, ".", color=COLOURS[result.verdict],
+            np.full(peaks.size, value / unit), peaks, ".", color=COLOURS[result.verdict],
             markersize=3.0 if few else 1.2, rasterized=not few,
         )  # fmt: skip
     for verdict, colour in COLOURS.items():
@@ -174,14 +182,14 @@ def _peaks(axes: Axes, scan: ChaosScan) -> None:
     axes.set_ylabel("peaks of pitch (deg)")
 
 
-def _exponents(axes: Axes, scan: ChaosScan) -> None:
+def _exponents(axes: Axes, scan: ChaosScan, unit: float) -> None:
     """The two largest exponents with their errors."""
     values, errors = scan.exponents, scan.errors
     for i, colour in zip(range(min(2, values.shape[1])), look.CYCLE, strict=False):
         axes.errorbar(
-            scan.values, values[:, i], errors[:, i], color=colour, linewidth=0.8,
+            scan.values / unit, values[:, i], errors[:, i], color=colour, linewidth=0.8,
             marker=".", markersize=3.0, elinewidth=0.8, label=NAMES[i],
         )  # fmt: skip
     axes.axhline(0.0, color=look.BLACK, linewidth=0.6)
-    axes.set_ylabel(EXPONENT)
+    axes.set_ylabel(EXPONENT.format(TAU.per))
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.cycles import Bifurcation, Cycle, CycleFamily, LimitCycles
     from aeroflutter.studies.tolerance import Tolerance
 
@@ -64,6 +65,7 @@ def plot_cycles(
     at: Sequence[Cycle] | None = None,
     overlays: Sequence[Overlay] = (),
     label: str = "cycles listed",
+    scale: Scale | None = None,
 ) -> Figure:
     """Amplitude against speed: stable solid, unstable dashed, bifurcations marked.
 
@@ -79,31 +81,49 @@ def plot_cycles(
         Amplitudes from elsewhere.
     label
         What the marked cycles are called.
+    scale
+        Shows airspeeds in m/s.
     """
+    across = look.Airspeed.of(result.flutter_speed, scale)
     with look.style():
         figure, axes = look.figure(width=6.8, height=4.4)
-        for one in overlays:
-            if one.kind == "curve":
-                _draw_curve(axes, one, result.flutter_speed)
-        for family in result.families:
-            _family(axes, family, result.flutter_speed)
-        _mark(axes, result)
-        _draw_points(axes, overlays, result.flutter_speed)
-        if at:
-            _mark_at(axes, at, result.flutter_speed, label)
-        _limits(axes, result)
-        axes.set_xlabel(look.SPEED if result.flutter_speed is None else look.SPEED_RATIO)
-        axes.set_ylabel(look.AMPLITUDE)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(loc="upper left")
-        axes.set_title("stable solid, unstable dashed")
+        draw(axes, result, across, at, overlays, label)
         if title:
             look.headline(figure, title)
     return figure
 
 
+def draw(
+    axes: Axes,
+    result: LimitCycles,
+    across: look.Airspeed,
+    at: Sequence[Cycle] | None = None,
+    overlays: Sequence[Overlay] = (),
+    label: str = "cycles listed",
+) -> None:
+    """The same into axes."""
+    for one in overlays:
+        if one.kind == "curve":
+            _draw_curve(axes, one, across.unit)
+    for family in result.families:
+        _family(axes, family, across.unit)
+    _mark(axes, result, across.unit)
+    _draw_points(axes, overlays, across.unit)
+    if at:
+        _mark_at(axes, at, across.unit, label)
+    _limits(axes, result, across.unit)
+    axes.set_xlabel(across.label)
+    axes.set_ylabel(look.AMPLITUDE)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left")
+    axes.set_title("stable solid, unstable dashed")
+
+
 def plot_multipliers(
-    result: LimitCycles, title: str = "", at: Sequence[Cycle] | None = None
+    result: LimitCycles,
+    title: str = "",
+    at: Sequence[Cycle] | None = None,
+    scale: Scale | None = None,
 ) -> Figure:
     """Floquet multipliers in the complex plane, one panel a family; those that are one left out.
 
@@ -115,7 +135,10 @@ def plot_multipliers(
         Written above.
     at
         Draw only these cycles, in one panel.
+    scale
+        Shows airspeeds in m/s.
     """
+    across = look.Airspeed.of(result.flutter_speed, scale)
     families = result.families[:_PANELS]
     groups = [one.cycles for one in families] if at is None else [tuple(at)]
     columns = min(3, max(1, len(groups)))
@@ -126,9 +149,8 @@ def plot_multipliers(
         )
         for axes, cycles in zip(grid.flat, groups, strict=False):
             if at is None:
-                shown = _circle(axes, cycles, _abscissa(cycles, result.flutter_speed))
-                label = look.SPEED if result.flutter_speed is None else look.SPEED_RATIO
-                figure.colorbar(shown, ax=axes, label=label, shrink=0.8)
+                shown = _circle(axes, cycles, _abscissa(cycles, across.unit))
+                figure.colorbar(shown, ax=axes, label=across.label, shrink=0.8)
                 axes.set_title(f"family {cycles[0].family}")
             else:
                 _circle(axes, cycles, [_STABILITY[cycle.stable] for cycle in cycles])
@@ -140,38 +162,117 @@ def plot_multipliers(
     return figure
 
 
-def plot_tolerance(result: Tolerance, title: str = "") -> Figure:
-    """The branch, with the speed asked for and the largest stable cycle up to it."""
-    at = [] if result.worst is None else [result.worst]
-    figure = plot_cycles(result.branch, title, at, label="largest stable cycle")
-    axes, speed = figure.axes[0], result.speed_ratio
-    low, high = axes.get_xlim()
-    pad = 0.02 * (high - low)
-    axes.set_xlim(min(low, speed - pad), max(high, speed + pad))
+def plot_tolerance(result: Tolerance, title: str = "", scale: Scale | None = None) -> Figure:
+    """Cycles of the tolerable spring under their limit, beside how their size depends on it.
+
+    Parameters
+    ----------
+    result
+        The answer.
+    title
+        Written above.
+    scale
+        Shows airspeeds in m/s.
+    """
     with look.style():
-        look.mark_speed(axes, speed, "highest speed", colour=look.VERMILION)
+        figure, panels = look.figure(1, 2, width=10.0, height=4.2)
+        draw_tolerance(panels[0], result, look.Airspeed.of(result.branch.flutter_speed, scale))
+        _trials(panels[1], result)
+        if title:
+            look.headline(figure, title)
     return figure
 
 
-def _abscissa(cycles: Sequence[Cycle], flutter: float | None) -> NDArray[np.float64]:
-    return np.array([cycle.speed / (flutter or 1.0) for cycle in cycles])
+def draw_tolerance(axes: Axes, result: Tolerance, across: look.Airspeed) -> None:
+    """The cycles of the tolerable spring, with the limit and the highest speed."""
+    size = result.factor if result.vary == "size" and np.isfinite(result.factor) else 1.0
+    branch = _scaled(result.branch, size)
+    draw(axes, branch, across)
+    limit, speed = float(np.degrees(result.amplitude)), result.speed / across.unit
+    if result.worst is not None:
+        axes.plot(
+            result.worst.speed / across.unit, size * np.degrees(result.worst.amplitude),
+            "o", color=look.VERMILION, label="largest stable cycle",
+        )  # fmt: skip
+    axes.axhline(limit, color=look.VERMILION, linewidth=0.9, linestyle="--", label="limit")
+    low, high = axes.get_xlim()
+    pad = 0.02 * (high - low)
+    axes.set_xlim(min(low, speed - pad), max(high, speed + pad))
+    axes.set_ylim(top=max(axes.get_ylim()[1], 1.15 * limit))
+    look.mark_speed(axes, speed, "highest speed", colour=look.VERMILION)
+    axes.legend(loc="upper left")
 
 
-def _family(axes: Axes, family: CycleFamily, flutter: float | None) -> None:
+def _scaled(branch: LimitCycles, factor: float) -> LimitCycles:
+    """The cycles of a spring of another size: at the same speeds, larger by that factor."""
+    if factor == 1.0:
+        return branch
+
+    def larger(cycle: Cycle) -> Cycle:
+        return replace(cycle, amplitude=factor * cycle.amplitude)
+
+    families = tuple(
+        replace(
+            family,
+            cycles=tuple(map(larger, family.cycles)),
+            bifurcations=tuple(replace(e, cycle=larger(e.cycle)) for e in family.bifurcations),
+        )
+        for family in branch.families
+    )
+    return replace(branch, families=families)
+
+
+NAMES_OF_VARIED = {
+    "gap": r"whole gap $\Delta H$ (deg)",
+    "friction": r"$\Delta V$, twice the friction (deg)",
+}
+
+
+def _trials(axes: Axes, result: Tolerance) -> None:
+    """The largest stable amplitude against what varies, with the limit and the answer."""
+    limit = float(np.degrees(result.amplitude))
+    axes.axhline(limit, color=look.VERMILION, linewidth=0.9, linestyle="--", label="limit")
+    if result.vary == "size" or not result.trials:
+        reach = 1.5 * result.factor if np.isfinite(result.factor) else 1.0
+        worst = 0.0 if result.worst is None else float(np.degrees(result.worst.amplitude))
+        axes.plot([0.0, reach], [0.0, reach * worst], color=look.BLUE)
+        axes.set_xlabel("size over that of the case")
+        if np.isfinite(result.factor):
+            axes.axvline(result.factor, color=look.GREY, linestyle=":", label="answer")
+    else:
+        tried = np.degrees(np.array(result.trials))
+        shown = tried[:, 1] <= 4.0 * limit
+        axes.plot(tried[shown, 0], tried[shown, 1], ".-", color=look.BLUE)
+        axes.set_xlabel(NAMES_OF_VARIED[result.vary])
+        if result.spring is not None:
+            name = "delta_v" if result.vary == "friction" else "delta_h"
+            answer = float(np.degrees(getattr(result.spring, name)))
+            axes.axvline(answer, color=look.GREY, linestyle=":", label=f"answer {answer:.4g}")
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("largest stable amplitude (deg)")
+    axes.set_title("up to the highest speed")
+    axes.legend(loc="upper left")
+
+
+def _abscissa(cycles: Sequence[Cycle], unit: float) -> NDArray[np.float64]:
+    return np.array([cycle.speed / unit for cycle in cycles])
+
+
+def _family(axes: Axes, family: CycleFamily, unit: float) -> None:
     colour = look.CYCLE[(family.number - 1) % len(look.CYCLE)]
-    x = _abscissa(family.cycles, flutter)
+    x = _abscissa(family.cycles, unit)
     y = np.degrees([cycle.amplitude for cycle in family.cycles])
     stable = np.array([cycle.stable for cycle in family.cycles])
     for run, solid in look.segments(stable):
         axes.plot(x[run], y[run], "-" if solid else "--", color=colour)
 
 
-def _mark(axes: Axes, result: LimitCycles) -> None:
+def _mark(axes: Axes, result: LimitCycles, unit: float) -> None:
     labelled: set[str] = set()
     for event in sorted(result.bifurcations, key=_rank):
         marker, colour = _MARKS[event.kind]
         axes.plot(
-            event.cycle.speed / (result.flutter_speed or 1.0),
+            event.cycle.speed / unit,
             np.degrees(event.cycle.amplitude),
             marker,
             color=colour,
@@ -187,8 +288,8 @@ def _rank(event: Bifurcation) -> int:
     return list(_MARKS).index(event.kind)
 
 
-def _draw_curve(axes: Axes, one: Overlay, flutter: float | None) -> None:
-    x, y = one.speed / (flutter or 1.0), np.degrees(one.amplitude)
+def _draw_curve(axes: Axes, one: Overlay, unit: float) -> None:
+    x, y = one.speed / unit, np.degrees(one.amplitude)
     stable = np.ones(x.size, dtype=bool) if one.stable is None else one.stable
     family = np.zeros(x.size, dtype=int) if one.family is None else one.family
     axes.plot([], [], "-", color=look.GREY, linewidth=1.0, label=one.label)
@@ -200,11 +301,11 @@ def _draw_curve(axes: Axes, one: Overlay, flutter: float | None) -> None:
             axes.plot(x[part], y[part], line, color=look.GREY, linewidth=1.0)
 
 
-def _draw_points(axes: Axes, overlays: Sequence[Overlay], flutter: float | None) -> None:
+def _draw_points(axes: Axes, overlays: Sequence[Overlay], unit: float) -> None:
     points = [one for one in overlays if one.kind == "points"]
     for i, one in enumerate(points):
         axes.plot(
-            one.speed / (flutter or 1.0),
+            one.speed / unit,
             np.degrees(one.amplitude),
             _POINTS[i % len(_POINTS)],
             color=look.VERMILION if i else look.GREEN,
@@ -215,10 +316,10 @@ def _draw_points(axes: Axes, overlays: Sequence[Overlay], flutter: float | None)
         )
 
 
-def _mark_at(axes: Axes, cycles: Sequence[Cycle], flutter: float | None, label: str) -> None:
-    axes.axvline(_abscissa(cycles[:1], flutter)[0], color=look.GREY, linewidth=0.8, linestyle=":")
+def _mark_at(axes: Axes, cycles: Sequence[Cycle], unit: float, label: str) -> None:
+    axes.axvline(_abscissa(cycles[:1], unit)[0], color=look.GREY, linewidth=0.8, linestyle=":")
     axes.plot(
-        _abscissa(cycles, flutter),
+        _abscissa(cycles, unit),
         np.degrees([cycle.amplitude for cycle in cycles]),
         "o",
         color=look.VERMILION,
@@ -227,11 +328,11 @@ def _mark_at(axes: Axes, cycles: Sequence[Cycle], flutter: float | None, label: 
     )
 
 
-def _limits(axes: Axes, result: LimitCycles) -> None:
+def _limits(axes: Axes, result: LimitCycles, unit: float) -> None:
     """Show what lies around the lowest cycles: near flutter amplitudes grow without bound."""
     if not result.cycles:
         return
-    x = _abscissa(result.cycles, result.flutter_speed)
+    x = _abscissa(result.cycles, unit)
     y = np.degrees([cycle.amplitude for cycle in result.cycles])
     low, high = float(x.min()), float(x.max())
     pad = 0.04 * max(high - low, 1e-3 * high)

@@ -13,11 +13,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.guarantees import Guarantees
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.describing import DescribingCurve
 
 
 def plot_describing(
-    result: DescribingCurve, title: str = "", found: Guarantees | None = None
+    result: DescribingCurve,
+    title: str = "",
+    found: Guarantees | None = None,
+    scale: Scale | None = None,
 ) -> Figure:
     """Amplitude over speed ratio beside the predicted distortion, family by family.
 
@@ -26,12 +30,15 @@ def plot_describing(
     found
         Guarantees of the points: bands that are proved to hold a cycle beside the curve, points
         that are doubtful without one, and how far the speed may be off.
+    scale
+        Shows airspeeds in m/s.
     """
+    across = look.Airspeed.of(result.flutter_speed, scale)
     with look.style():
         figure, (curve, distortion) = look.figure(1, 2, width=9.2, height=3.9)
         if found is not None:
-            _bands(curve, result, found)
-        _curve(curve, result)
+            _bands(curve, result, found, across)
+        draw(curve, result, across)
         _distortion(distortion, result)
         if found is not None:
             _errors(distortion, result, found)
@@ -40,14 +47,9 @@ def plot_describing(
     return figure
 
 
-def _abscissa(result: DescribingCurve) -> tuple[np.ndarray, str]:
-    if result.flutter_speed is None:
-        return result.speed, look.SPEED
-    return result.speed_ratio, look.SPEED_RATIO
-
-
-def _curve(axes: Axes, result: DescribingCurve) -> None:
-    x, label = _abscissa(result)
+def draw(axes: Axes, result: DescribingCurve, across: look.Airspeed) -> None:
+    """Amplitude over airspeed."""
+    x = result.speed / across.unit
     for one in result.families:
         colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
         mine = np.flatnonzero(result.family == one.number)
@@ -57,31 +59,27 @@ def _curve(axes: Axes, result: DescribingCurve) -> None:
             axes.plot(x[points], np.degrees(result.amplitude[points]), line, color=colour)
     if result.onset is not None:
         axes.plot(
-            _onset_at(result),
+            result.onset.speed / across.unit,
             np.degrees(result.onset.amplitude),
             "o",
             color=look.BLACK,
             markersize=4,
         )
-    _limits(axes, result, x)
-    axes.set_xlabel(label)
+    _limits(axes, result, across)
+    axes.set_xlabel(across.label)
     axes.set_ylabel(look.AMPLITUDE)
-    onset = "" if result.onset is None else f"; onset {_onset_at(result):.4f} (dot)"
+    onset = "" if result.onset is None else f"; onset {result.onset.speed / across.unit:.5g} (dot)"
     axes.set_title("stable solid, unstable dashed" + onset)
 
 
-def _onset_at(result: DescribingCurve) -> float:
-    if result.onset is None:
-        return float("nan")
-    return result.onset.speed_ratio if result.flutter_speed else result.onset.speed
-
-
-def _limits(axes: Axes, result: DescribingCurve, x: np.ndarray) -> None:
+def _limits(axes: Axes, result: DescribingCurve, across: look.Airspeed) -> None:
     """Show the curve around its onset: far out every branch runs along its asymptote."""
-    if result.onset is None or not x.size:
+    if result.onset is None or not result.speed.size:
         return
-    first = _onset_at(result)
-    last = 1.0 if result.flutter_speed and first < 0.97 else 1.3 * first
+    x = result.speed / across.unit
+    flutter = (result.flutter_speed or 0.0) / across.unit
+    first = result.onset.speed / across.unit
+    last = flutter if first < 0.97 * flutter else 1.3 * first
     axes.set_xlim(first - 0.08 * (last - first), last + 0.05 * (last - first))
     shown = result.amplitude[(x >= first) & (x <= first + 0.97 * (last - first))]
     top = (
@@ -91,7 +89,7 @@ def _limits(axes: Axes, result: DescribingCurve, x: np.ndarray) -> None:
     )
     axes.set_ylim(0, 1.05 * np.degrees(top))
     if result.flutter_speed:
-        look.mark_speed(axes, 1.0, "linear flutter")
+        look.mark_speed(axes, flutter, "linear flutter")
 
 
 def _distortion(axes: Axes, result: DescribingCurve) -> None:
@@ -117,10 +115,10 @@ def _distortion(axes: Axes, result: DescribingCurve) -> None:
     axes.set_title("predicted distortion")
 
 
-def _bands(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
+def _bands(axes: Axes, result: DescribingCurve, found: Guarantees, across: look.Airspeed) -> None:
     """Bands of speed at each amplitude, and a mark where there is none and reason to doubt."""
-    x, _ = _abscissa(result)
-    amplitude, bands = np.degrees(result.amplitude), found.speed * (x / result.speed)[:, None]
+    x = result.speed / across.unit
+    amplitude, bands = np.degrees(result.amplitude), found.speed / across.unit
     for one in result.families:
         mine = result.family == one.number
         axes.fill_betweenx(

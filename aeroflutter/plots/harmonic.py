@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.harmonic import HarmonicBranch
 
 _MARKS = {
@@ -25,12 +26,15 @@ _MARKS = {
 }
 
 
-def plot_branches(branches: Sequence[HarmonicBranch], title: str = "") -> Figure:
-    """Amplitude and largest multiplier against speed, bifurcations marked."""
+def plot_branches(
+    branches: Sequence[HarmonicBranch], title: str = "", scale: Scale | None = None
+) -> Figure:
+    """Amplitude and largest multiplier against speed, in m/s if there is a scale."""
+    across = look.Airspeed.of(branches[0].flutter_speed, scale)
     with look.style():
         figure, (curve, floquet) = look.figure(1, 2, width=9.4, height=4.0)
-        _curve(curve, branches)
-        _multipliers(floquet, branches)
+        draw(curve, branches, across)
+        _multipliers(floquet, branches, across)
         if title:
             look.headline(figure, title)
     return figure
@@ -60,31 +64,28 @@ def plot_waveform(branch: HarmonicBranch, index: int, title: str = "") -> Figure
     return figure
 
 
-def _abscissa(branch: HarmonicBranch) -> np.ndarray:
-    return branch.speed if branch.flutter_speed is None else branch.speed_ratio
-
-
-def _curve(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
+def draw(axes: Axes, branches: Sequence[HarmonicBranch], across: look.Airspeed) -> None:
+    """Amplitude over airspeed, bifurcations marked."""
     for number, branch in enumerate(branches):
         colour = look.CYCLE[number % len(look.CYCLE)]
-        x, y = _abscissa(branch), np.degrees(branch.amplitude)
+        x, y = branch.speed / across.unit, np.degrees(branch.amplitude)
         for run, stable in look.segments(branch.stable):
             axes.plot(x[run], y[run], "-" if stable else "--", color=colour)
-    _mark(axes, branches)
-    _limits(axes, branches)
-    axes.set_xlabel(look.SPEED if branches[0].flutter_speed is None else look.SPEED_RATIO)
+    _mark(axes, branches, across)
+    _limits(axes, branches, across)
+    axes.set_xlabel(across.label)
     axes.set_ylabel(look.AMPLITUDE)
     known = any(np.isfinite(branch.multiplier_error).any() for branch in branches)
     axes.set_title("stable solid, unstable dashed" if known else "stability not computed")
 
 
-def _mark(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
+def _mark(axes: Axes, branches: Sequence[HarmonicBranch], across: look.Airspeed) -> None:
     labelled: set[str] = set()
     for branch in branches:
         for event in branch.bifurcations:
             marker, colour = _MARKS[event.kind]
             axes.plot(
-                event.speed_ratio if branch.flutter_speed else event.cycle.speed,
+                event.cycle.speed / across.unit,
                 np.degrees(event.amplitude),
                 marker,
                 color=colour,
@@ -97,9 +98,9 @@ def _mark(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
         axes.legend(loc="upper left")
 
 
-def _limits(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
+def _limits(axes: Axes, branches: Sequence[HarmonicBranch], across: look.Airspeed) -> None:
     """Show what lies around the lowest cycles: far out amplitudes run along an asymptote."""
-    x = np.concatenate([_abscissa(branch) for branch in branches])
+    x = np.concatenate([branch.speed / across.unit for branch in branches])
     y = np.degrees(np.concatenate([branch.amplitude for branch in branches]))
     low, high = float(x.min()), float(x.max())
     pad = 0.04 * max(high - low, 1e-3 * high)
@@ -112,13 +113,13 @@ def _limits(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
     axes.set_ylim(0, 1.08 * max(top, 1.5 * onset))
 
 
-def _multipliers(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
+def _multipliers(axes: Axes, branches: Sequence[HarmonicBranch], across: look.Airspeed) -> None:
     doubted = False
     for number, branch in enumerate(branches):
         sizes = np.abs(branch.multipliers[:, 1:])
         if not np.isfinite(sizes).any():
             continue
-        x, largest = _abscissa(branch), sizes.max(axis=1)
+        x, largest = branch.speed / across.unit, sizes.max(axis=1)
         axes.plot(x, largest, color=look.CYCLE[number % len(look.CYCLE)])
         doubtful = ~branch.certain
         if doubtful.any():
@@ -127,7 +128,7 @@ def _multipliers(axes: Axes, branches: Sequence[HarmonicBranch]) -> None:
             doubted = True
         axes.set_yscale("log")
     axes.axhline(1.0, color=look.BLACK, linewidth=0.7)
-    axes.set_xlabel(look.SPEED if branches[0].flutter_speed is None else look.SPEED_RATIO)
+    axes.set_xlabel(across.label)
     axes.set_ylabel("largest multiplier but the trivial one")
     axes.set_title("Floquet multipliers")
     if doubted:

@@ -13,22 +13,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.guarantees.looptest import LoopCycle, LoopTest
+    from aeroflutter.model.section import Scale
 
 
-def plot_loop(test: LoopTest, title: str = "", cycle: int = -1) -> Figure:
+def plot_loop(
+    test: LoopTest, title: str = "", cycle: int = -1, scale: Scale | None = None
+) -> Figure:
     """Bode plot beside the Nyquist plot and the harmonics of one cycle.
 
     Parameters
     ----------
     cycle
         Index of the cycle whose harmonics are marked; by default the one of largest amplitude.
+    scale
+        Shows frequencies in Hz.
     """
+    clock = look.Clock.of(test.speed, scale)
     chosen = test.cycles[cycle] if test.cycles else None
     with look.style():
         figure, axes = look.figure(2, 2, width=9.6, height=6.6)
-        _magnitude(axes[0, 0], test, chosen)
-        _phase(axes[1, 0], test, chosen)
-        _nyquist(axes[0, 1], test)
+        _magnitude(axes[0, 0], test, chosen, clock)
+        _phase(axes[1, 0], test, chosen, clock)
+        draw(axes[0, 1], test)
         _harmonics(axes[1, 1], test, chosen)
         if title:
             look.headline(figure, title)
@@ -39,42 +45,46 @@ def _at(test: LoopTest, k: float, values: np.ndarray) -> float:
     return float(np.interp(np.log(k), np.log(test.frequency), values))
 
 
-def _mark(axes: Axes, test: LoopTest, cycle: LoopCycle | None, values: np.ndarray) -> None:
+def _mark(
+    axes: Axes, test: LoopTest, cycle: LoopCycle | None, values: np.ndarray, clock: look.Clock
+) -> None:
     """The cycle's frequency and its harmonics on a curve over frequency."""
     if cycle is None:
         return
-    axes.plot(cycle.k, _at(test, cycle.k, values), "o", color=look.BLACK, markersize=5)
+    axes.plot(clock.hertz(cycle.k), _at(test, cycle.k, values), "o", color=look.BLACK, markersize=5)
     for order, share, spoils in zip(cycle.orders, cycle.predicted, cycle.spoiling, strict=True):
         at = float(order * cycle.k)
         if at > test.frequency[-1] or share < 1e-9:
             continue
         colour = look.VERMILION if spoils else look.GREY
         y = _at(test, at, values)
-        axes.plot(at, y, "D" if spoils else ".", color=colour, markersize=5)
+        seen = clock.hertz(at)
+        axes.plot(seen, y, "D" if spoils else ".", color=colour, markersize=5)
         axes.annotate(
-            str(order), (at, y), xytext=(4, 4), textcoords="offset points", fontsize=7.5,
+            str(order), (seen, y), xytext=(4, 4), textcoords="offset points", fontsize=7.5,
             color=colour,
         )  # fmt: skip
 
 
-def _magnitude(axes: Axes, test: LoopTest, cycle: LoopCycle | None) -> None:
+def _magnitude(axes: Axes, test: LoopTest, cycle: LoopCycle | None, clock: look.Clock) -> None:
     decibels = 20 * np.log10(np.abs(test.G))
-    axes.semilogx(test.frequency, decibels, color=look.BLUE)
-    _mark(axes, test, cycle, decibels)
+    axes.semilogx(clock.hertz(test.frequency), decibels, color=look.BLUE)
+    _mark(axes, test, cycle, decibels, clock)
     axes.set_ylabel(r"$|G(\mathrm{j}k)|$ (dB)")
     axes.set_title("Bode: cycle (black), its harmonics, spoiling ones red")
     axes.tick_params(labelbottom=False)
 
 
-def _phase(axes: Axes, test: LoopTest, cycle: LoopCycle | None) -> None:
+def _phase(axes: Axes, test: LoopTest, cycle: LoopCycle | None, clock: look.Clock) -> None:
     phase = np.degrees(np.unwrap(np.angle(test.G)))
-    axes.semilogx(test.frequency, phase, color=look.BLUE)
-    _mark(axes, test, cycle, phase)
-    axes.set_xlabel("reduced frequency $k$")
+    axes.semilogx(clock.hertz(test.frequency), phase, color=look.BLUE)
+    _mark(axes, test, cycle, phase, clock)
+    axes.set_xlabel(clock.frequency)
     axes.set_ylabel(r"$\arg\,G(\mathrm{j}k)$ (deg)")
 
 
-def _nyquist(axes: Axes, test: LoopTest) -> None:
+def draw(axes: Axes, test: LoopTest) -> None:
+    """The Nyquist plot, with the locus -1/N and the cycles."""
     axes.plot(test.G.real, test.G.imag, color=look.BLUE, label=r"$G(\mathrm{j}k)$")
     axes.plot(test.locus.real, test.locus.imag, color=look.ORANGE, label=r"$-1/N(a)$")
     points = [-1 / one.N if one.N else complex(np.inf) for one in test.cycles]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,8 +36,10 @@ NAMES = {"lco": "limit cycle"}
 LABELS = {
     "speed": look.SPEED,
     "speed_ratio": look.SPEED_RATIO,
+    "velocity": look.VELOCITY,
     "initial.alpha_deg": FIELDS["alpha"].axis,
 }
+AIRSPEEDS = ("speed", "speed_ratio")
 MARKS = {
     "linear flutter": (look.BLACK, "-"),
     "DF onset": (look.BLUE, (0, (5, 2))),
@@ -46,7 +49,10 @@ DECADE = 10.0  # amplitudes further apart are coloured by their logarithm
 
 
 def plot_map(
-    found: FlutterMap, title: str = "", marks: Mapping[str, float] | None = None
+    found: FlutterMap,
+    title: str = "",
+    marks: Mapping[str, float] | None = None,
+    velocity: float | None = None,
 ) -> Figure:
     """The regions of a map, and the amplitude of the limit cycles in them.
 
@@ -56,23 +62,44 @@ def plot_map(
     title : str
     marks : mapping
         Speeds to mark, in units of the x axis, by what they are.
+    velocity : float, optional
+        m/s of one unit of the axis of speeds; it is then drawn in m/s.
     """
+    found, labels = _in_metres(found, velocity)
+    marks = {name: speed * (velocity or 1.0) for name, speed in (marks or {}).items()}
     with look.style():
         figure, axes = look.figure(1, 2, width=10.5, height=4.2, sharey=True)
-        _regions(axes[0], found)
+        draw(axes[0], found)
         _amplitudes(figure, axes[1], found)
         for panel in axes:
             _limits(panel, found)
-            panel.set_xlabel(LABELS.get(found.grid.x.key, found.grid.x.key))
+            panel.set_xlabel(labels[0])
             panel.grid(False)
-        _mark(axes, marks or {})
-        axes[0].set_ylabel(LABELS.get(found.grid.y.key, found.grid.y.key))
+        _mark(axes, marks)
+        axes[0].set_ylabel(labels[1])
         if title:
             look.headline(figure, title)
     return figure
 
 
-def _regions(axes: Axes, found: FlutterMap) -> None:
+def _in_metres(found: FlutterMap, velocity: float | None) -> tuple[FlutterMap, list[str]]:
+    """The map with its speeds in m/s where that is asked for, and the labels of its axes."""
+    axes = {"x": found.grid.x, "y": found.grid.y}
+    labels = [LABELS.get(axis.key, axis.key) for axis in axes.values()]
+    boundaries = {}
+    for place, (name, axis) in enumerate(axes.items()):
+        if axis.key in AIRSPEEDS and velocity is not None:
+            axes[name] = replace(axis, values=velocity * axis.values)
+            labels[place] = look.VELOCITY
+            edge = getattr(found, f"boundary_{name}")
+            if edge is not None:
+                boundaries[f"boundary_{name}"] = velocity * edge
+    grid = replace(found.grid, **axes)
+    return replace(found, grid=grid, **boundaries), labels
+
+
+def draw(axes: Axes, found: FlutterMap) -> None:
+    """The regions of a map."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
@@ -167,7 +194,7 @@ def _mark(axes: NDArray[np.object_], marks: Mapping[str, float]) -> None:
     for name, speed in marks.items():
         colour, dashes = MARKS.get(name, (look.GREY, ":"))
         line: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.1}
-        handles.append(Line2D([], [], label=f"{name} {speed:.4f}", **line))
+        handles.append(Line2D([], [], label=f"{name} {speed:.5g}", **line))
         for panel in axes:
             low, high = panel.get_xlim()
             if low <= speed <= high:
@@ -178,22 +205,34 @@ def _mark(axes: NDArray[np.object_], marks: Mapping[str, float]) -> None:
         )
 
 
+ONSET = {"describing": "describing function", "exact": "exact"}
 SWEEP_PANELS = {
     "flutter_speed": r"linear flutter speed $U^*_L$",
-    "onset_speed": r"onset of limit cycles $U^*$ (DF)",
+    "onset_speed": "onset of limit cycles $U^*$ ({})",
     "amplitude_deg": "pitch amplitude of the limit cycle (deg)",
 }
 
 
-def plot_sweep(found: SweepResult, title: str = "") -> Figure:
-    """Histograms of what a sweep found, with the median and the 5 to 95 % range."""
-    shown = [name for name in SWEEP_PANELS if found.of(name).size]
+IN_METRES = {
+    "flutter_velocity_m_s": "linear flutter speed $V$ (m/s)",
+    "onset_velocity_m_s": "onset of limit cycles $V$ (m/s), {}",
+    "amplitude_deg": SWEEP_PANELS["amplitude_deg"],
+}
+
+
+def plot_sweep(found: SweepResult, title: str = "", *, si: bool = True) -> Figure:
+    """Histograms of what a sweep found, with the median and the 5 to 95 % range.
+
+    Speeds are in m/s where the sections have scales, unless `si` is false.
+    """
+    panels_of = IN_METRES if si and found.of("flutter_velocity_m_s").size else SWEEP_PANELS
+    shown = [name for name in panels_of if found.of(name).size]
     panels = max(len(shown), 1)
     with look.style():
         figure, axes = look.figure(1, panels, width=3.6 * panels + 0.4, height=3.4, squeeze=False)
         for panel, name in zip(axes[0], shown, strict=False):
             _histogram(panel, found.of(name))
-            panel.set_xlabel(SWEEP_PANELS[name])
+            panel.set_xlabel(panels_of[name].format(ONSET.get(found.onset_method, "")))
         axes[0][0].set_ylabel("sections")
         if title:
             look.headline(figure, title)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,16 +14,20 @@ if TYPE_CHECKING:
 
     from aeroflutter.linear.rootlocus import RootLocus
     from aeroflutter.model.lure import Real
+    from aeroflutter.model.section import Scale
 
 
-def plot_root_locus(result: RootLocus, title: str = "") -> Figure:
-    """The roots in the complex plane (thesis figure 4.10) beside frequency and damping."""
+def plot_root_locus(result: RootLocus, title: str = "", scale: Scale | None = None) -> Figure:
+    """The roots in the complex plane (thesis figure 4.10) beside frequency and damping.
+
+    Speeds and frequencies are in m/s and Hz where there is a scale.
+    """
     with look.style():
         figure, axes = look.figure(1, 3, width=10.5, height=3.8)
         modes = _oscillatory(result)
-        _locus(axes[0], result, modes)
-        _frequency(axes[1], result, modes)
-        _damping(axes[2], result, modes)
+        draw(axes[0], result, modes, scale)
+        _frequency(axes[1], result, modes, scale)
+        _damping(axes[2], result, modes, scale)
         handles, labels = axes[1].get_legend_handles_labels()
         if handles:
             axes[1].legend(handles, labels, loc="best")
@@ -32,13 +36,16 @@ def plot_root_locus(result: RootLocus, title: str = "") -> Figure:
     return figure
 
 
-def plot_stiffness(stiffness: Real, speed: Real, title: str = "") -> Figure:
+def plot_stiffness(
+    stiffness: Real, speed: Real, title: str = "", scale: Scale | None = None
+) -> Figure:
     """Flutter speed against pitch stiffness (thesis figure 4.11)."""
+    across = look.Airspeed.of(None, scale)
     with look.style():
         figure, axes = look.figure(width=5.2, height=3.8)
-        axes.plot(stiffness, speed, color=look.BLUE)
+        axes.plot(stiffness, speed / across.unit, color=look.BLUE)
         axes.set_xlabel("pitch stiffness $N$ (of the linear spring)")
-        axes.set_ylabel(r"flutter speed $U^*$")
+        axes.set_ylabel(r"flutter speed $U^*$" if scale is None else "flutter speed $V$ (m/s)")
         axes.set_ylim(bottom=0)
         if title:
             look.headline(figure, title)
@@ -56,7 +63,11 @@ def _masked(values: np.ndarray, keep: np.ndarray) -> np.ndarray:
     return np.where(keep, values, np.nan)
 
 
-def _locus(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+def draw(
+    axes: Axes, result: RootLocus, modes: list[int] | None = None, scale: Scale | None = None
+) -> None:
+    """The roots in the complex plane."""
+    modes = _oscillatory(result) if modes is None else modes
     for colour, j in zip(look.CYCLE, modes, strict=False):
         upper = result.roots[:, j].imag > 0
         re, im = (
@@ -78,7 +89,7 @@ def _locus(axes: Axes, result: RootLocus, modes: list[int]) -> None:
     for crossing in result.crossings:
         axes.plot(0.0, crossing.k, "x", color=look.BLACK, markersize=6)
         axes.annotate(
-            f"$U^*$ = {crossing.speed:.4g}",
+            _said(crossing.speed, scale),
             (0.0, crossing.k),
             xytext=(6, 5),
             textcoords="offset points",
@@ -105,31 +116,41 @@ def _limit_locus(axes: Axes, result: RootLocus, modes: list[int]) -> None:
     axes.set_ylim(-top, top)
 
 
-def _frequency(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+def _said(speed: float, scale: Scale | None) -> str:
+    return f"$U^*$ = {speed:.4g}" if scale is None else f"{scale.velocity(speed):.4g} m/s"
+
+
+def _frequency(axes: Axes, result: RootLocus, modes: list[int], scale: Scale | None) -> None:
+    across = look.Airspeed.of(None, scale)
     for number, (colour, j) in enumerate(zip(look.CYCLE, modes, strict=False), start=1):
         imag = _masked(result.roots[:, j].imag, result.roots[:, j].imag > 0)
-        axes.plot(result.speeds, imag * result.speeds, color=colour, label=f"mode {number}")
-    _mark(axes, result)
-    axes.set_xlabel(look.SPEED)
-    axes.set_ylabel(look.FREQUENCY_RATIO)
+        shown: Any = imag * result.speeds
+        if scale is not None:
+            shown = scale.frequency_hz(imag, result.speeds)  # type: ignore[arg-type]
+        axes.plot(result.speeds / across.unit, shown, color=colour, label=f"mode {number}")
+    _mark(axes, result, across)
+    axes.set_xlabel(across.label)
+    axes.set_ylabel(look.FREQUENCY_RATIO if scale is None else look.HERTZ)
     axes.set_ylim(bottom=0)
     axes.set_title("frequency")
 
 
-def _damping(axes: Axes, result: RootLocus, modes: list[int]) -> None:
+def _damping(axes: Axes, result: RootLocus, modes: list[int], scale: Scale | None) -> None:
+    across = look.Airspeed.of(None, scale)
     for colour, j in zip(look.CYCLE, modes, strict=False):
         root = result.roots[:, j]
         ratio = _masked(-root.real / np.maximum(np.abs(root), 1e-300), root.imag > 0)
-        axes.plot(result.speeds, ratio, color=colour)
+        axes.plot(result.speeds / across.unit, ratio, color=colour)
     axes.axhline(0.0, color=look.BLACK, linewidth=0.7)
-    _mark(axes, result)
-    axes.set_xlabel(look.SPEED)
+    _mark(axes, result, across)
+    axes.set_xlabel(across.label)
     axes.set_ylabel(r"damping ratio $-$Re $\bar p\,/\,|\bar p|$")
     axes.set_title("damping")
 
 
-def _mark(axes: Axes, result: RootLocus) -> None:
+def _mark(axes: Axes, result: RootLocus, across: look.Airspeed) -> None:
     if result.flutter is not None:
-        look.mark_speed(axes, result.flutter.speed, "flutter")
+        look.mark_speed(axes, result.flutter.speed / across.unit, "flutter")
     if result.divergence is not None and result.divergence <= result.speeds.max():
-        look.mark_speed(axes, result.divergence, "divergence", colour=look.PURPLE)
+        at = result.divergence / across.unit
+        look.mark_speed(axes, at, "divergence", colour=look.PURPLE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -12,10 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.results.fields import FIELDS
+from aeroflutter.results.fields import FREQUENCY as FREQUENCY_KIND
+from aeroflutter.results.fields import SPEED as SPEED_KIND
+from aeroflutter.results.fields import TIME as TIME_KIND
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from aeroflutter.model.section import Scale
 
 # Okabe and Ito's palette: distinguishable with any colour vision and in grey
 BLUE = "#0072B2"
@@ -34,6 +40,10 @@ SPEED, SPEED_RATIO, AMPLITUDE, PITCH, MOMENT, HEAVE, TIME, FREQUENCY_RATIO = (
         *("speed", "speed_ratio", "amplitude", "pitch", "moment", "heave", "time"),
         "omega_ratio",
     )
+)
+
+VELOCITY, HERTZ, SECONDS = (
+    kind.si.axis if kind.si else "" for kind in (SPEED_KIND, FREQUENCY_KIND, TIME_KIND)
 )
 
 SYMBOLS = {  # what keys and plain titles call by name
@@ -97,6 +107,55 @@ def save(drawing: Figure, path: Path, dpi: int = 150) -> None:
     clock = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
     with style():
         drawing.savefig(path, dpi=dpi, metadata={clock: None} if clock else None)
+
+
+@dataclass(frozen=True)
+class Airspeed:
+    """How a figure shows airspeeds: U* of one unit of its axis, and the label of that."""
+
+    unit: float
+    label: str
+
+    @classmethod
+    def of(cls, flutter: float | None, scale: Scale | None = None) -> Airspeed:
+        """In m/s if there is a scale, else over the flutter speed U*_L, else as U*."""
+        if scale is not None:
+            return cls(scale.speed(1.0), VELOCITY)
+        return cls(1.0, SPEED) if flutter is None else cls(flutter, SPEED_RATIO)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How a figure at one speed shows times, frequencies and rates.
+
+    Attributes
+    ----------
+    second
+        tau of one unit of time.
+    time, frequency, per
+        Labels of the axes of time and frequency, and what a rate is per.
+    """
+
+    second: float = 1.0
+    time: str = TIME
+    frequency: str = r"reduced frequency $k = \omega b/V$"
+    per: str = r"unit $\tau$"
+
+    @classmethod
+    def of(cls, speed: float, scale: Scale | None) -> Clock:
+        """In s and Hz if there is a scale, else in tau and k."""
+        if scale is None:
+            return cls()
+        return cls(1.0 / scale.seconds(1.0, speed), SECONDS, HERTZ, "s")
+
+    def hertz(self, k: Any) -> Any:
+        """Reduced frequencies as the axis shows them."""
+        return k if self.frequency != HERTZ else k * self.second / (2.0 * np.pi)
+
+
+def literal(text: str) -> str:
+    """Words of the user's own, in which a dollar is a dollar and no formula."""
+    return text.replace("$", r"\$")
 
 
 def headline(drawing: Figure, text: str) -> None:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["FIGURES", "plot_overview", "plot_response", "plot_sweeps"]
 
-PITCH_RATE = r"pitch rate $\alpha'$ (deg per unit $\tau$)"
+PITCH_RATE = r"pitch rate $\alpha'$ (deg per {})"
+TAU = look.Clock()
 MOST_POINTS = 20_000  # a line of more is drawn by its envelope
 UNSETTLED = ("divergent", "undecided")
 STATE_COLOURS = {
@@ -32,7 +33,9 @@ STATE_COLOURS = {
 }
 
 
-def plot_response(response: Response, kind: str = "overview", title: str = "") -> Figure:
+def plot_response(
+    response: Response, kind: str = "overview", title: str = "", clock: look.Clock = TAU
+) -> Figure:
     """One figure of a response.
 
     Parameters
@@ -43,21 +46,23 @@ def plot_response(response: Response, kind: str = "overview", title: str = "") -
         One of `FIGURES`.
     title
         Written above.
+    clock
+        In what units times and frequencies are.
     """
     if kind == "overview":
-        return plot_overview(response, title)
-    draw, width, height, rows = FIGURES[kind]
+        return plot_overview(response, title, clock)
+    paint, width, height, rows = FIGURES[kind]
     with look.style():
         figure, axes = look.figure(rows, 1, width=width, height=height, sharex=rows > 1)
         panels = np.atleast_1d(axes)
-        draw(panels, response)
+        paint(panels, response, clock)
         if title:
             panels[0].set_title("")  # the headline says what it is
             look.headline(figure, title)
     return figure
 
 
-def plot_overview(response: Response, title: str = "") -> Figure:
+def plot_overview(response: Response, title: str = "", clock: look.Clock = TAU) -> Figure:
     """Traces above, then spring path, phase plane, spectrum and Poincaré section."""
     from matplotlib.figure import Figure
 
@@ -65,9 +70,9 @@ def plot_overview(response: Response, title: str = "") -> Figure:
         figure = Figure(figsize=(10.0, 7.2), layout="constrained")
         grid = figure.add_gridspec(3, 4, height_ratios=(1.0, 1.0, 1.6))
         top = figure.add_subplot(grid[0, :])
-        _traces(np.array([top, figure.add_subplot(grid[1, :], sharex=top)]), response)
-        for column, draw in enumerate((_spring_path, _phase_plane, _spectrum, _poincare)):
-            draw(np.array([figure.add_subplot(grid[2, column])]), response)
+        _traces(np.array([top, figure.add_subplot(grid[1, :], sharex=top)]), response, clock)
+        for column, paint in enumerate((_spring_path, _phase_plane, _spectrum, _poincare)):
+            paint(np.array([figure.add_subplot(grid[2, column])]), response, clock)
         if title:
             look.headline(figure, title)
     return figure
@@ -91,15 +96,28 @@ def plot_sweeps(
     """
     with look.style():
         figure, axes = look.figure(width=6.4, height=4.2)
-        for one in sweeps:
-            _sweep(axes, one, reference)
-        _state_legend(axes, {state for one in sweeps for state in one.state})
-        axes.set_xlabel(label)
-        axes.set_ylabel(look.AMPLITUDE)
-        axes.set_ylim(bottom=0)
+        draw_sweeps(axes, sweeps, reference, label)
         if title:
             look.headline(figure, title)
     return figure
+
+
+def draw_sweeps(axes: Axes, sweeps: Sequence[Sweep], reference: float, label: str) -> None:
+    """The same into axes."""
+    for one in sweeps:
+        _sweep(axes, one, reference)
+    _state_legend(axes, {state for one in sweeps for state in one.state})
+    axes.set_xlabel(label)
+    axes.set_ylabel(look.AMPLITUDE)
+    axes.set_ylim(bottom=0)
+
+
+def draw(axes: Axes, response: Response, clock: look.Clock = TAU) -> None:
+    """Pitch against time into axes."""
+    time, pitch = _thinned(response.time, np.degrees(response.pitch))
+    axes.plot(time / clock.second, pitch, color=look.BLUE, linewidth=0.9)
+    axes.set_xlabel(clock.time)
+    axes.set_ylabel(look.PITCH)
 
 
 def _late(response: Response) -> slice:
@@ -112,19 +130,20 @@ def _late(response: Response) -> slice:
     return slice(count - keep, count)
 
 
-def _traces(axes: Any, response: Response) -> None:
+def _traces(axes: Any, response: Response, clock: look.Clock) -> None:
     """Pitch above heave against time (thesis figures 4.1-4.7)."""
     time, pitch, heave = _thinned(response.time, np.degrees(response.pitch), response.heave)
+    time = time / clock.second
     axes[0].plot(time, pitch, color=look.BLUE, linewidth=0.9)
     axes[0].set_ylabel(look.PITCH)
     axes[0].tick_params(labelbottom=False)
     axes[1].plot(time, heave, color=look.VERMILION, linewidth=0.9)
     axes[1].set_ylabel(look.HEAVE)
-    axes[1].set_xlabel(look.TIME)
+    axes[1].set_xlabel(clock.time)
     axes[1].set_xlim(time[0], time[-1])
 
 
-def _spring_path(axes: Any, response: Response) -> None:
+def _spring_path(axes: Any, response: Response, _: look.Clock) -> None:
     """Moment against pitch: the whole run faint, its end drawn over it (figures 5.5b-5.31b)."""
     _path(axes[0], np.degrees(response.pitch), np.degrees(response.moment), response)
     axes[0].set_xlabel(look.PITCH)
@@ -132,13 +151,13 @@ def _spring_path(axes: Any, response: Response) -> None:
     axes[0].set_title("spring path")
 
 
-def _phase_plane(axes: Any, response: Response) -> None:
+def _phase_plane(axes: Any, response: Response, clock: look.Clock) -> None:
     """Pitch rate against pitch."""
-    spacing = response.time[1] - response.time[0]
+    spacing = (response.time[1] - response.time[0]) / clock.second
     rate = np.gradient(response.pitch, spacing)
     _path(axes[0], np.degrees(response.pitch), np.degrees(rate), response)
     axes[0].set_xlabel(look.PITCH)
-    axes[0].set_ylabel(PITCH_RATE)
+    axes[0].set_ylabel(PITCH_RATE.format(clock.per))
     axes[0].set_title("phase plane")
 
 
@@ -154,24 +173,26 @@ def _path(axes: Axes, x: Real, y: Real, response: Response) -> None:
         limit(1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low)
 
 
-def _spectrum(axes: Any, response: Response) -> None:
+def _spectrum(axes: Any, response: Response, clock: look.Clock) -> None:
     """Power spectral density of pitch by Welch's method (figures 5.1-5.4)."""
     axes[0].set_title("spectrum")
     if _too_short(axes[0], response):
         return
     spectrum = power_spectrum(response)
-    density = spectrum.density * np.degrees(1.0) ** 2
+    k = clock.hertz(spectrum.k)
+    density = spectrum.density * np.degrees(1.0) ** 2 / clock.hertz(1.0)
     top = float(density.max())
-    axes[0].semilogy(spectrum.k[1:], density[1:], color=look.BLUE, linewidth=1.0)
-    axes[0].set_xlabel(r"reduced frequency $k = \omega b/V$")
-    axes[0].set_ylabel(r"PSD of pitch (deg$^2$ per unit $k$)")
+    axes[0].semilogy(k[1:], density[1:], color=look.BLUE, linewidth=1.0)
+    axes[0].set_xlabel(clock.frequency)
+    unit = "Hz" if clock.frequency == look.HERTZ else "unit $k$"
+    axes[0].set_ylabel(rf"PSD of pitch (deg$^2$ per {unit})")
     if top > 0.0:
         axes[0].set_ylim(1e-9 * top, 4.0 * top)
-        main = spectrum.k[int(np.argmax(density))]
-        axes[0].set_xlim(0.0, 12.0 * max(main, spectrum.k[1]))
+        main = k[int(np.argmax(density))]
+        axes[0].set_xlim(0.0, 12.0 * max(main, k[1]))
 
 
-def _poincare(axes: Any, response: Response) -> None:
+def _poincare(axes: Any, response: Response, _: look.Clock) -> None:
     """Heave and pitch at pitch maxima of the second half of the run."""
     axes[0].set_title("Poincaré section")
     if _too_short(axes[0], response):
@@ -257,7 +278,7 @@ def _state_legend(axes: Axes, states: set[str]) -> None:
     axes.legend(loc="best")
 
 
-Draw = Callable[[Any, "Response"], None]
+Draw = Callable[[Any, "Response", look.Clock], None]
 
 FIGURES: dict[str, tuple[Draw, float, float, int]] = {
     "traces": (_traces, 8.0, 4.6, 2),

@@ -318,6 +318,22 @@ def spring_words(spring: Spring | None) -> str:
     )
 
 
+def _half_height(spring: Spring | None) -> float | None:
+    height = getattr(spring, "delta_v", None)
+    return None if height is None else height / 2
+
+
+def _width(spring: Spring | None) -> float | None:
+    width: float | None = getattr(spring, "delta_h", getattr(spring, "gap", None))
+    return width
+
+
+def _trials(one: Any) -> list[View]:
+    """Every value that was tried, by the name of what varies."""
+    return [View(None, varied=value, amplitude=size) for value, size in one.trials]
+
+
+TRIAL = layout("varied amplitude")
 TOLERANCE = layout(
     Value("speed_ratio", label="tolerance_speed_ratio"),
     Value("speed", label="tolerance_speed"),
@@ -327,6 +343,10 @@ TOLERANCE = layout(
     Value("spring", lambda one: spring_record(one.spring), label=None),
     Value("tolerance_spring", lambda one: repr(one.spring), key=None),
     One("worst", layout=layout("amplitude bias speed_ratio speed period")),
+    Value("vary", label="vary"),
+    Value("friction", lambda one: _half_height(one.spring), label="friction"),
+    Value("gap", lambda one: _width(one.spring), label="gap"),
+    Many("trials", lambda one: _trials(one), layout=TRIAL, dim="trial", prefix="trial_"),
     Value("notes", label="tolerance_notes"),
     One("", "branch", key=None, layout=LIMIT_CYCLES),
 )

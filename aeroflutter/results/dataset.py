@@ -18,7 +18,7 @@ import xarray as xr
 
 from aeroflutter.results.fields import FIELDS, TEXT, Field
 from aeroflutter.results.layouts import layout_of
-from aeroflutter.results.schema import columns
+from aeroflutter.results.schema import Above, columns
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -107,8 +107,9 @@ def encoded(result: Any, layout: Layout, case: Case | None = None) -> xr.Dataset
     """What a layout reads of an object, as a Dataset."""
     variables: dict[str, Any] = {}
     attributes: dict[str, Any] = {}
-    for column in columns(layout, None if case is None else case.scale):
-        value = column.read(result, None)
+    scale = None if case is None else case.scale
+    for column in columns(layout, scale):
+        value = column.read(result, Above(None, scale))
         if _absent(value, bool(column.derived)):
             continue
         if column.field.dims:
@@ -180,6 +181,8 @@ def _fill(target: np.ndarray, value: Any) -> None:
         for place, one in enumerate(value):
             if target.ndim > 1:
                 _fill(target[place], one)
+            elif isinstance(one, tuple | list):  # sentences
+                target[place] = "; ".join(map(str, one))
             elif one is not None:
                 target[place] = one
 

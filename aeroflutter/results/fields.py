@@ -37,6 +37,10 @@ class SI:
         (scale, value, U*) -> value in SI units.
     at_speed
         Whether U* is needed for it.
+    heading
+        Of a column of a printed table; `{}` stands for that of the field.
+    axis
+        Of a figure.
     """
 
     units: str
@@ -45,12 +49,18 @@ class SI:
     suffix: str
     convert: Callable[[Scale, Any, Any], Any]
     at_speed: bool = True
+    heading: str = "{}"
+    axis: str = ""
 
     def named(self, name: str) -> str:
         """Its name, from that of the field."""
         for pattern, word in self.words:
             name = re.sub(pattern, word, name)
         return name + self.suffix
+
+    def headed(self, heading: str) -> str:
+        """Heading of a column, from that of the field."""
+        return self.heading.format(heading)
 
     def of(self, value: Any, scale: Scale, speed: Any) -> Any:
         """The value in SI units; None where that cannot be said."""
@@ -95,18 +105,24 @@ SPEED = Kind(
         *("m s-1", "airspeed V", (("speeds", "velocities"), ("speed", "velocity")), "_m_s"),
         convert=lambda scale, speed, _: scale.velocity(speed),
         at_speed=False,
+        heading="V (m/s)",
+        axis="airspeed $V$ (m/s)",
     )
 )
 FREQUENCY = Kind(
     si=SI(
         *("Hz", "frequency", (("(?:^|(?<=_))k$", "frequency"),), "_hz"),
         convert=lambda scale, k, speed: scale.frequency_hz(k, speed),
+        heading="f (Hz)",
+        axis="frequency (Hz)",
     )
 )
 TIME = Kind(
     si=SI(
         *("s", "time", (), "_s"),
         convert=lambda scale, tau, speed: scale.seconds(tau, speed),
+        heading="{} (s)",
+        axis="time (s)",
     )
 )
 FLAG = Kind(missing=-1, dtype=np.int8)
@@ -134,6 +150,8 @@ class Field:
         Of a column of a printed table.
     axis
         Of a figure.
+    pair
+        Whether one value is the lowest and the highest of something.
     """
 
     long_name: str
@@ -143,6 +161,7 @@ class Field:
     more: Mapping[str, Any] = field(default_factory=dict)
     heading: str = ""
     axis: str = ""
+    pair: bool = False
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -167,7 +186,7 @@ FIELDS: dict[str, Field] = {
     "velocity": Field("airspeed V", Kind("m s-1")),
     "flutter_speed": Field("linear flutter speed U*_L", SPEED),
     "flutter_k": Field("reduced frequency at the linear flutter speed", FREQUENCY),
-    "speed_range": Field("lowest and highest airspeed U* searched", SPEED),
+    "speed_range": Field("lowest and highest airspeed U* searched", SPEED, pair=True),
     "k": Field("reduced frequency omega b/V", FREQUENCY, heading="k"),
     "omega_ratio": Field(
         "frequency over the uncoupled pitch frequency, omega/omega_alpha",
@@ -183,7 +202,7 @@ FIELDS: dict[str, Field] = {
     "band": Field("ends of a band", TEXT),
     "side": Field("before and after a jump", TEXT),
     "mode": Field("number of the mode", COUNT, dims=("mode",)),
-    "searched": Field("lowest and highest airspeed U* searched", SPEED),
+    "searched": Field("lowest and highest airspeed U* searched", SPEED, pair=True),
     "stiffness": Field("pitch stiffness that stands for the spring"),
     "growing": Field("1 where the oscillation begins to grow", FLAG),
     "coalescence": Field("1 where two frequencies meet", FLAG),
@@ -217,10 +236,13 @@ FIELDS: dict[str, Field] = {
     "bifurcation_amplitude": Field("pitch amplitude at the bifurcation", ANGLE),
     "bifurcation_period": Field("period in tau at the bifurcation", TIME),
     "bifurcation_family": Field("number of the family of the bifurcation", COUNT),
-    "onset_speed": Field("lowest airspeed U* of a limit cycle by describing functions", SPEED),
+    "onset_speed": Field("lowest airspeed U* of a limit cycle, by onset_method", SPEED),
     "onset_speed_ratio": Field("the same over the linear flutter speed"),
     "onset_amplitude": Field("pitch amplitude of that limit cycle", ANGLE),
     "closed": Field("1 where the family is a closed loop", FLAG),
+    "vary": Field("key of the case that varies", TEXT),
+    "value": Field("value of the key that varies"),
+    "problems": Field("why values of the key have no result", TEXT),
     "notes": Field("what a reader should know", TEXT),
     # describing functions and their guarantees
     "n_p": Field("describing function, in phase with pitch"),
@@ -230,7 +252,7 @@ FIELDS: dict[str, Field] = {
     "rules_agree": Field("1 where both rules of stability agree", FLAG),
     "biased": Field("1 where the balance of the mean is solved with a free bias", FLAG),
     "mirror_of": Field("number of the family that this one mirrors", COUNT),
-    "amplitude_range": Field("lowest and highest amplitude searched", ANGLE),
+    "amplitude_range": Field("lowest and highest amplitude searched", ANGLE, pair=True),
     "guaranteed": Field(
         "1 where a cycle of this first harmonic is proved to lie in the bands", FLAG
     ),
@@ -328,7 +350,9 @@ FIELDS: dict[str, Field] = {
     "delta_h": Field("width of the loop: the gap", ANGLE),
     "v_off": Field("offset of the loop in moment", ANGLE),
     "h_off": Field("offset of the loop in pitch", ANGLE),
-    "gap": Field("width of the freeplay", ANGLE),
+    "gap": Field("whole width of the gap", ANGLE),
+    "friction": Field("friction to either side, half of delta_v", ANGLE),
+    "varied": Field("delta_v or delta_h that was tried", ANGLE),
     "centre": Field("middle of the freeplay", ANGLE),
     "m0": Field("preload", ANGLE),
     "alpha_f": Field("pitch at which the inner slope begins", ANGLE),
@@ -370,4 +394,8 @@ FIELDS: dict[str, Field] = {
     "sample": Field("number of the section in the sample", COUNT),
     "valid": Field("whether the values make a section", COUNT),
     "marched_at": Field("airspeed U* at which the end state was sought", SPEED),
+    "marched_at_m_s": Field("the same as airspeed V", Kind("m s-1")),
+    "flutter_velocity_m_s": Field("linear flutter speed V", Kind("m s-1")),
+    "flutter_frequency_hz": Field("frequency at the linear flutter speed", Kind("Hz")),
+    "onset_velocity_m_s": Field("lowest airspeed V of a limit cycle", Kind("m s-1")),
 }

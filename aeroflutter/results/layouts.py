@@ -33,6 +33,26 @@ LAYOUTS: dict[str, Layout] = {
     **motions.LAYOUTS,
     **proofs.LAYOUTS,
 }
+
+
+def members_layout(found: Any) -> Layout:
+    """A family of results: the layout of one, along the members."""
+    inner = layout_of(found.members[0].result)[1]
+    one = layout("value", One("", lambda member: layout_of(member.result)[0], layout=inner))
+    return layout(
+        Value("vary", "key"),
+        Many(
+            "members",
+            layout=one,
+            dim="member",
+            scale=lambda member: member.case.scale,
+        ),
+        Value("problems", lambda one: one.problems or None, optional=True),
+        frame=("member", *inner.frame),
+        coordinates=("value",),
+    )
+
+
 WRAPPED: dict[str, Callable[[Any], Any]] = {
     "HarmonicBranch": lambda one: cycles.Branches((one,)),
     "Sweep": motions.Pass,
@@ -51,6 +71,8 @@ def layout_of(result: Any) -> tuple[Any, Layout]:
     """
     if isinstance(result, tuple) and {*map(_name, result)} == {"HarmonicBranch"}:
         result = cycles.Branches(result)
+    if type(result).__name__ == "Members":
+        return result, members_layout(result)
     name = _name(result)
     if name in WRAPPED:
         return layout_of(WRAPPED[name](result))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
 
 __all__ = [
+    "Above",
     "Column",
     "Entry",
     "Layout",
@@ -113,11 +114,24 @@ class One(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Many(Entry):
-    """A list of records, along a dimension `dim` of Datasets; `prefix` stands before its names."""
+    """A list of records.
+
+    Attributes
+    ----------
+    layout
+        Of one record.
+    dim
+        Dimension of Datasets along which they lie.
+    prefix
+        Before their names there.
+    scale
+        What turns a record into SI units, where each has its own.
+    """
 
     layout: Layout
     dim: str
     prefix: str = ""
+    scale: Callable[[Any], Scale | None] | None = None
 
 
 @dataclass(frozen=True)
@@ -206,7 +220,8 @@ def record(
             inner = None if value is None else record(value, entry.layout, scale, speed)
             found |= {key: inner} if key else inner or {}
         elif isinstance(entry, Many):
-            found[key] = [record(row, entry.layout, scale, speed) for row in value]
+            own = entry.scale or (lambda _: scale)
+            found[key] = [record(row, entry.layout, own(row), speed) for row in value]
     return found
 
 
@@ -234,6 +249,13 @@ def in_files(value: Any, field: Field) -> Any:
     return value
 
 
+class Above(NamedTuple):
+    """What a record takes from those above it: U*, and what turns it into SI units."""
+
+    speed: Any = None
+    scale: Scale | None = None
+
+
 @dataclass(frozen=True)
 class Column:
     """A field of a whole result, as Datasets hold it.
@@ -245,14 +267,14 @@ class Column:
     field
         What it is, with all its dimensions; without dimensions it is a fact.
     read
-        (result, U* above it) -> value, or nested lists of values along the dimensions.
+        (result, what is above it) -> value, or nested lists of values along the dimensions.
     derived
         Whether it only says another field in SI units.
     """
 
     label: str
     field: Field
-    read: Callable[[Any, Any], Any]
+    read: Callable[[Any, Above], Any]
     derived: bool = False
 
 
@@ -277,8 +299,10 @@ def columns(layout: Layout, scale: Scale | None = None, prefix: str = "") -> Ite
             for one in columns(entry.layout, scale, f"{label}_" if entry.name else prefix):
                 yield _within(one, entry, layout)
         elif isinstance(entry, Many):
-            for one in columns(entry.layout, scale, entry.prefix):
-                yield _along(one, entry, layout)
+            inner = list(columns(entry.layout, scale, entry.prefix))
+            labels = {one.label for one in inner}
+            for one in inner:
+                yield _along(one, entry, layout, labels)
 
 
 def _of_value(entry: Value, label: str, layout: Layout, scale: Scale | None) -> Iterator[Column]:
@@ -289,7 +313,9 @@ def _of_value(entry: Value, label: str, layout: Layout, scale: Scale | None) -> 
         yield Column(
             si.named(label),
             replace(field, kind=Kind(si.units), long_name=si.long_name),
-            lambda source, above: si.of(entry.read(source), scale, layout.speed(source, above)),
+            lambda source, above: si.of(
+                entry.read(source), above.scale or scale, layout.speed(source, above.speed)
+            ),
             derived=True,
         )
 
@@ -297,20 +323,28 @@ def _of_value(entry: Value, label: str, layout: Layout, scale: Scale | None) -> 
 def _within(one: Column, entry: One, layout: Layout) -> Column:
     """A column of a record within a record."""
 
-    def read(source: Any, above: Any) -> Any:
-        return one.read(entry.read(source), layout.speed(source, above))
+    def read(source: Any, above: Above) -> Any:
+        own = above._replace(speed=layout.speed(source, above.speed))
+        return one.read(entry.read(source), own)
 
     return replace(one, read=read)
 
 
-def _along(one: Column, entry: Many, layout: Layout) -> Column:
-    """A column of a list of records."""
+def _along(one: Column, entry: Many, layout: Layout, labels: set[str]) -> Column:
+    """A column of a list of records; what was a coordinate of each is one of none of them."""
 
-    def read(source: Any, above: Any) -> Any:
-        speed = layout.speed(source, above)
-        return [one.read(row, speed) for row in entry.read(source) or ()]
+    def read(source: Any, above: Above) -> Any:
+        own = above._replace(speed=layout.speed(source, above.speed))
+        rows = entry.read(source) or ()
+        scales = [entry.scale(row) if entry.scale else own.scale for row in rows]
+        return [
+            one.read(row, own._replace(scale=scale))
+            for row, scale in zip(rows, scales, strict=True)
+        ]
 
-    return replace(one, field=replace(one.field, dims=(entry.dim, *one.field.dims)), read=read)
+    dims = [f"{dim}_place" if dim in labels and entry.scale else dim for dim in one.field.dims]
+    pair = ("band",) if one.field.pair else ()
+    return replace(one, field=replace(one.field, dims=(entry.dim, *dims, *pair)), read=read)
 
 
 def within(path: str, names: str) -> Iterator[Entry]:

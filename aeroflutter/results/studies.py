@@ -28,12 +28,21 @@ CELL = (
     *("boundary_x", "boundary_y", "attractor"),
 )
 DISTRIBUTIONS = ("flutter_speed", "onset_speed", "onset_speed_ratio", "amplitude_deg")
+IN_SI = ("flutter_velocity_m_s", "flutter_frequency_hz", "onset_velocity_m_s")
+_SI = ("_m_s", "_hz")
+METHODS = {"describing": "describing function", "exact": "exact", "none": "none"}
 
 
 def in_files(name: str) -> Field:
     """What a name of a file means, the values being in its units already."""
     field = FIELDS.get(name) or FIELDS[name.removesuffix("_deg")]
     return replace(field, kind=replace(field.kind, suffix="", factor=1.0))
+
+
+def of_sample(name: str) -> Field:
+    """The same of a sample, in which every section has its own scale: no companion by one scale."""
+    field = in_files(name)
+    return replace(field, kind=replace(field.kind, si=None))
 
 
 def key(name: str) -> Field:
@@ -77,7 +86,11 @@ def _axis(axis: Axis) -> Field:
 
 def sweep_layout(found: SweepResult) -> Layout:
     """The results of every section of a sample, and their distributions."""
-    meanings = {name: in_files(name) for name in found.values}
+    has_si = bool(found.of("flutter_velocity_m_s").size)
+    kept = {
+        name: values for name, values in found.values.items() if has_si or not name.endswith(_SI)
+    }
+    meanings = {name: of_sample(name) for name in kept}
     meanings["state"] = replace(meanings["state"], codes={-1: "not_marched", **ENDS})
     words = {-1: "failed", 0: "no_such_section", 1: "valid"}
     meanings["valid"] = replace(meanings["valid"], codes=words)
@@ -86,16 +99,20 @@ def sweep_layout(found: SweepResult) -> Layout:
         known("samples", found.number),
         known("invalid", int((valid == 0).sum())),
         known("failed", int((valid < 0).sum())),
-        *(known(name, found.distribution(name), label=None) for name in DISTRIBUTIONS),
+        *(
+            known(name, found.distribution(name), label=None)
+            for name in (*DISTRIBUTIONS, *(IN_SI if has_si else ()))
+        ),
+        known("onset_method", METHODS[found.onset_method]),
         known("states", {state: found.count(state) for state in STATES}, label=None),
-        known("values", {**found.samples, **found.values}, label=None),
+        known("values", {**found.samples, **kept}, label=None),
         *_cost(found),
         cell("sample", np.arange(1, found.number + 1), sample, FIELDS["sample"]),
         *(
             cell("varied_" + name.replace(".", "_"), values, sample, key(name))
             for name, values in found.samples.items()
         ),
-        *(cell(name, found.values[name], sample, meaning) for name, meaning in meanings.items()),
+        *(cell(name, kept[name], sample, meaning) for name, meaning in meanings.items()),
         frame=sample,
     )
 

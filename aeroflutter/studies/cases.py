@@ -15,13 +15,14 @@ from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import AnyFamily, AnySystem
+from aeroflutter.model.section import Scale
 from aeroflutter.motion.response import Initial
 from aeroflutter.studies.maps import Axis, Grid, Group
 from aeroflutter.studies.maps.cells import started
 
 Array = NDArray[np.float64]
 
-SPEEDS = ("speed", "speed_ratio")
+SPEEDS = ("speed", "speed_ratio", "velocity")
 MOTION = {
     "initial.alpha_deg": "alpha",
     "initial.alpha_rate_deg": "alpha_rate",
@@ -44,9 +45,10 @@ class CaseCells:
     source : str
         Where it came from, for messages.
     grid : Grid
-        Keys of the case by dotted path in the units of the file, "speed" or "speed_ratio".
+        Keys of the case by dotted path in the units of the file, "speed", "speed_ratio" or
+        "velocity" (m/s).
     speed : (str, float), optional
-        "speed" or "speed_ratio" and its value, where neither axis is one.
+        One of the last three and its value, where neither axis is one.
 
     Raises
     ------
@@ -103,6 +105,8 @@ class CaseCells:
             raise InputError(f"{name}: must be positive, not {value:g}")
         if name == "speed_ratio":
             value *= flutter()
+        elif name == "velocity":
+            value = in_si(case).speed(value)
         return case, family.at(value)
 
     def identity(self) -> dict[str, Any]:
@@ -132,6 +136,19 @@ def _alike(columns: list[Array], count: int) -> list[NDArray[np.int64]]:
     ends = np.cumsum(np.bincount(place))
     parts = np.split(order, ends[:-1])
     return [parts[k] for k in np.argsort(first)]
+
+
+def in_si(case: Case) -> Scale:
+    """What turns speeds of a case into m/s.
+
+    Raises
+    ------
+    InputError
+        If the case has no SI data.
+    """
+    if case.scale is None:
+        raise InputError("--velocity: needs a section in SI units; give --speed")
+    return case.scale
 
 
 def _native(key: str, values: Array) -> Array:

@@ -12,7 +12,7 @@ from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
 from aeroflutter.motion.response import Initial
-from aeroflutter.studies.cases import SPEEDS, changed_case
+from aeroflutter.studies.cases import SPEEDS, changed_case, in_si
 from aeroflutter.studies.maps.sampling import Distribution
 from aeroflutter.studies.maps.sweep import Specimen
 
@@ -49,8 +49,8 @@ class CaseModel:
                 problems += self._problems(name, distribution)
         if problems:
             raise InputError(problems)
-        if self.kind == "velocity" and self._case({}).scale is None:
-            raise InputError("--velocity: needs a section in SI units; give --speed")
+        if self.kind == "velocity" or "velocity" in distributions:
+            in_si(self._case({}))
         if self.kind == "speed_ratio" or "speed_ratio" in distributions:
             self._nominal_flutter()
 
@@ -65,7 +65,8 @@ class CaseModel:
         """The section with these values."""
         case = self._case({name: v for name, v in values.items() if name not in SPEEDS})
         initial = Initial(**case.initial._asdict())
-        return Specimen(case.family(), case.spring, initial, self._speed(case, values))
+        speed = self._speed(case, values)
+        return Specimen(case.family(), case.spring, initial, speed, case.scale)
 
     def identity(self) -> dict[str, Any]:
         """The case and where it is marched."""
@@ -82,8 +83,7 @@ class CaseModel:
         if kind == "speed_ratio":
             return value * self._nominal_flutter()
         if kind == "velocity":
-            assert case.scale is not None
-            return value / case.scale.velocity(1.0)
+            return in_si(case).speed(value)
         return value if kind == "speed" else None
 
     def _nominal_flutter(self) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import FixedFamily, LureFamily
@@ -20,9 +20,9 @@ from aeroflutter.orbits.cycles.follow import Place, between
 from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
 from aeroflutter.orbits.cycles.search import Search
-from aeroflutter.springs import Hysteresis, Linear, Spring, simplify
+from aeroflutter.springs import Freeplay, Hysteresis, Linear, Spring, simplify
 
-__all__ = ["Tolerance", "least_friction", "tolerance"]
+__all__ = ["Tolerance", "largest_gap", "least_friction", "tolerance"]
 
 _FAR = 2000.0  # amplitude followed, in units of the spring's scale
 _FRICTIONS = (1e-2, 1e2)  # ΔV/ΔH searched
@@ -51,6 +51,11 @@ class Tolerance:
         The cycles that it rests on.
     notes
         What a reader should know.
+    vary
+        What was varied: "size", "friction" or "gap".
+    trials
+        Values of ΔV or ΔH that were tried, rad, with the largest stable amplitude up to the speed
+        (0 where there is none, infinite where they grow without bound), rad; ascending.
     """
 
     spring: Spring | None
@@ -61,11 +66,13 @@ class Tolerance:
     speed_ratio: float
     branch: LimitCycles
     notes: tuple[str, ...]
+    vary: str = "size"
+    trials: tuple[tuple[float, float], ...] = ()
 
     @property
     def unlimited(self) -> bool:
-        """Whether there is no stable cycle up to the speed, so that any size is tolerable."""
-        return self.worst is None
+        """Whether any size or gap is tolerable."""
+        return self.worst is None and (self.vary == "size" or self.spring is None)
 
 
 def tolerance(
@@ -154,33 +161,148 @@ def least_friction(
     if not isinstance(spring, Hysteresis) or not spring.delta_h > 0.0:
         raise InputError("spring.kind: friction belongs to a hysteresis loop with delta_h_deg > 0")
 
-    coarse = replace(options or CycleOptions(), points=2)  # maxima are located all the same
-
-    def excess(ratio: float) -> float:
-        trial = replace(spring, delta_v=ratio * spring.delta_h)
-        search = _search(family, trial, speed_ratio, coarse)
-        worst = _worst(search, speed_ratio * search.frame.reference)
-        return -np.inf if worst is None else worst.amplitude - amplitude
-
-    decades = np.log10(_FRICTIONS[1] / _FRICTIONS[0])
-    ratios = np.geomspace(*_FRICTIONS, int(_PER_DECADE * decades) + 1)[::-1]
-    good = 0.0
-    for ratio in ratios:  # from much friction to little, down to the first that is not enough
-        if excess(float(ratio)) > 0.0:
-            break
-        good = float(ratio)
-    else:
-        return _with_friction(family, spring, 0.0, speed_ratio, amplitude, options)
-    if good == 0.0:
+    loops = _Loops("friction", family, spring, speed_ratio, amplitude, options)
+    good, bad = loops.bracket()
+    if good is None:
         raise ConvergenceError(
             f"no friction is enough: with delta_v = {_FRICTIONS[1]:g} delta_h there still is a "
             "stable limit cycle above the amplitude"
         )
-    bad = float(ratio)
-    while good / bad > 1.0 + _RELATIVE:
-        middle = float(np.sqrt(good * bad))
-        good, bad = (good, middle) if excess(middle) > 0.0 else (middle, bad)
-    return _with_friction(family, spring, good, speed_ratio, amplitude, options)
+    return loops.answer(0.0 if bad is None else loops.bisected(good, bad))
+
+
+def largest_gap(
+    family: LureFamily,
+    spring: Spring,
+    speed_ratio: float,
+    amplitude: float,
+    options: CycleOptions | None = None,
+) -> Tolerance:
+    """The largest gap ΔH that keeps every stable cycle below an amplitude, at the given friction.
+
+    Every smaller gap that was tried, down to a hundredth of ΔV, is tolerable as well. Without
+    friction the loop is freeplay, whose cycles grow as the gap does.
+
+    Parameters
+    ----------
+    family, spring, speed_ratio, amplitude, options
+        As for `tolerance`; the spring is a hysteresis loop, or freeplay.
+
+    Returns
+    -------
+    Tolerance
+        Its `factor` is the largest ΔH over the one given; its spring is None where any gap up to
+        a hundred times ΔV is tolerable.
+
+    Raises
+    ------
+    InputError
+        If the spring has no gap to vary, or a number is not positive.
+    ConvergenceError
+        If even a gap of a hundredth of ΔV is too large, or stable cycles grow without bound.
+    """
+    _check(speed_ratio, amplitude)
+    if not isinstance(spring, Hysteresis) or not spring.delta_v > 0.0:
+        if isinstance(simplify(spring), Freeplay):
+            return replace(tolerance(family, spring, speed_ratio, amplitude, options), vary="gap")
+        raise InputError("spring.kind: a gap belongs to freeplay or to a hysteresis loop")
+    loops = _Loops("gap", family, spring, speed_ratio, amplitude, options)
+    good, bad = loops.bracket()
+    if good is None:
+        raise ConvergenceError(
+            f"no gap is small enough: with delta_h = delta_v / {_FRICTIONS[1]:g} there still is a "
+            "stable limit cycle above the amplitude"
+        )
+    if bad is not None:
+        return loops.answer(loops.bisected(good, bad))
+    note = f"no gap up to {1.0 / _FRICTIONS[0]:g} delta_v is too large; larger ones were not tried"
+    found = loops.answer(good)
+    return replace(found, spring=None, factor=float("inf"), notes=(*found.notes, note))
+
+
+class _Loops:
+    """Loops of one friction or of one gap, by the ratio ΔV/ΔH of the two."""
+
+    def __init__(
+        self,
+        vary: str,
+        family: LureFamily,
+        spring: Hysteresis,
+        speed_ratio: float,
+        amplitude: float,
+        options: CycleOptions | None,
+    ) -> None:
+        self.vary, self.family, self.spring = vary, family, spring
+        self.speed_ratio, self.amplitude, self.options = speed_ratio, amplitude, options
+        self.ratios: list[float] = []
+        self.tried: dict[float, float] = {}
+
+    def at(self, ratio: float) -> Hysteresis:
+        """The loop of a ratio."""
+        if self.vary == "friction":
+            return replace(self.spring, delta_v=ratio * self.spring.delta_h)
+        return replace(self.spring, delta_h=self.spring.delta_v / ratio)
+
+    def varied(self, loop: Hysteresis) -> float:
+        """What varies."""
+        return loop.delta_v if self.vary == "friction" else loop.delta_h
+
+    def too_large(self, ratio: float) -> bool:
+        """Whether a stable cycle up to the speed is larger than the amplitude."""
+        coarse = replace(
+            self.options or CycleOptions(), points=2
+        )  # maxima are located all the same
+        search = _search(self.family, self.at(ratio), self.speed_ratio, coarse)
+        worst = _worst(search, self.speed_ratio * search.frame.reference)
+        self.ratios.append(ratio)
+        self.tried[self.varied(self.at(ratio))] = 0.0 if worst is None else worst.amplitude
+        return worst is not None and worst.amplitude > self.amplitude
+
+    def bracket(self) -> tuple[float | None, float | None]:
+        """The least ratio of a grid down to which all are good, and the next one, which is not."""
+        decades = np.log10(_FRICTIONS[1] / _FRICTIONS[0])
+        ratios = np.geomspace(*_FRICTIONS, int(_PER_DECADE * decades) + 1)[::-1]
+        good = None
+        for ratio in map(float, ratios):
+            if self.too_large(ratio):
+                return good, ratio
+            good = ratio
+        return good, None
+
+    def bisected(self, good: float, bad: float) -> float:
+        """The least ratio that is good, between one that is and one that is not."""
+
+        def excess(exponent: float) -> float:
+            self.too_large(ratio := float(np.exp(exponent)))
+            return self._excess(ratio)
+
+        ends = {np.log(one): self._excess(one) for one in (bad, good)}
+        brentq(lambda x: ends.get(x) or excess(x), *ends, xtol=0.5 * _RELATIVE, rtol=1e-12)
+        return min(one for one in self.ratios if bad < one <= good and self._excess(one) <= 0.0)
+
+    def _excess(self, ratio: float) -> float:
+        """ln of the largest amplitude over the one allowed; far below zero where there is none."""
+        size = self.tried[self.varied(self.at(ratio))]
+        return float(np.log(max(size, 1e-3 * self.amplitude) / self.amplitude))
+
+    def answer(self, ratio: float) -> Tolerance:
+        """The loop of a ratio, its cycles, and how it was come to."""
+        found = self.at(ratio)
+        search = _search(self.family, found, self.speed_ratio, self.options)
+        speed = self.speed_ratio * search.frame.reference
+        branch, worst, given = search.result(), _worst(search, speed), self.varied(self.spring)
+        return Tolerance(
+            spring=found,
+            factor=self.varied(found) / given if given else float("nan"),
+            worst=worst,
+            amplitude=self.amplitude,
+            speed=speed,
+            speed_ratio=self.speed_ratio,
+            branch=branch,
+            notes=(*branch.notes, *_gaps(branch, self.speed_ratio)),
+            vary=self.vary,
+            trials=tuple(sorted(self.tried.items())),
+        )
 
 
 def _check(speed_ratio: float, amplitude: float) -> None:
@@ -259,31 +381,6 @@ def _top(one: Place, other: Place) -> Cycle | None:
 
     best = minimize_scalar(smallness, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-6})
     return at.get(best.x)
-
-
-def _with_friction(
-    family: LureFamily,
-    spring: Hysteresis,
-    ratio: float,
-    speed_ratio: float,
-    amplitude: float,
-    options: CycleOptions | None,
-) -> Tolerance:
-    """The answer: a loop of the given gap with ΔV = ratio ΔH."""
-    found = replace(spring, delta_v=ratio * spring.delta_h)
-    search = _search(family, found, speed_ratio, options)
-    speed = speed_ratio * search.frame.reference
-    branch, worst = search.result(), _worst(search, speed)
-    return Tolerance(
-        spring=found,
-        factor=found.delta_v / spring.delta_v if spring.delta_v else float("nan"),
-        worst=worst,
-        amplitude=amplitude,
-        speed=speed,
-        speed_ratio=speed_ratio,
-        branch=branch,
-        notes=(*branch.notes, *_gaps(branch, speed_ratio)),
-    )
 
 
 def _gaps(branch: LimitCycles, speed_ratio: float) -> list[str]:

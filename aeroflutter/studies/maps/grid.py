@@ -25,7 +25,8 @@ class Axis:
     Parameters
     ----------
     key : str
-        What varies: "speed", "speed_ratio", or the dotted path of a key of a case.
+        What varies: "speed", "speed_ratio", "velocity" (m/s), or the dotted path of a key of a
+        case.
     values : array (m,)
         Finite, strictly increasing or decreasing; in the units of the key.
 
@@ -94,9 +95,8 @@ class Grid:
     y: Axis
 
     def __post_init__(self) -> None:
-        speeds = ("speed", "speed_ratio")
         both = {self.x.key, self.y.key}
-        if len(both) == 1 or both == set(speeds):
+        if len(both) == 1 or both <= {"speed", "speed_ratio", "velocity"}:
             raise InputError(f"{self.y.key}: stands on both axes; let them vary two things")
         within("cells", self.cells, "map")
 

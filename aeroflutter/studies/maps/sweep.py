@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.section import Scale
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions
 from aeroflutter.springs import Spring
 from aeroflutter.studies.maps.cells import Group
@@ -28,16 +29,21 @@ Array = NDArray[np.float64]
 
 BLOCKS, LARGEST_BLOCK = 64, 256  # as in `maps.grid`, for samples
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+ONSETS = ("describing", "exact", "none")
 OF_CYCLES = ("amplitude_deg", "bias_deg", "period")  # results that only limit cycles have
 
 
 class Specimen(NamedTuple):
-    """One section of the sample: `speed` is where its motion is marched, if anywhere."""
+    """One section of the sample: `speed` is where its motion is marched, if anywhere.
+
+    `scale` turns its results into SI units, if anything does: each section has its own.
+    """
 
     family: LureFamily
     spring: Spring
     initial: Initial
     speed: float | None
+    scale: Scale | None = None
 
 
 class Model(Protocol):
@@ -62,16 +68,28 @@ class SweepOptions:
     ----------
     march : SimulateOptions
         Engine and limits of the end state, where the model gives a speed.
-    onset : bool
-        The lowest limit cycle by describing functions.
+    onset : str or bool
+        The lowest limit cycle, by the describing function ("describing", or True) or exactly
+        ("exact"); "none" or False leaves it out.
     """
 
     march: SimulateOptions = MARCH
-    onset: bool = True
+    onset: str | bool = True
+
+    def __post_init__(self) -> None:
+        if self.onset not in (True, False, *ONSETS):
+            raise InputError(f"onset: must be one of {', '.join(ONSETS)}, not {self.onset!r}")
+
+    @property
+    def method(self) -> str:
+        """How the onset is found: "describing", "exact" or "none"."""
+        if isinstance(self.onset, bool):
+            return "describing" if self.onset else "none"
+        return self.onset
 
     def identity(self) -> dict[str, Any]:
         """The options in JSON's types."""
-        return {**march_identity(self.march), "onset": self.onset}
+        return {**march_identity(self.march), "onset": self.method}
 
 
 RESULTS = (
@@ -81,7 +99,11 @@ RESULTS = (
     Variable("onset_speed", "f8", np.nan),
     Variable("onset_speed_ratio", "f8", np.nan),
     Variable("onset_amplitude_deg", "f8", np.nan),
+    Variable("flutter_velocity_m_s", "f8", np.nan),
+    Variable("flutter_frequency_hz", "f8", np.nan),
+    Variable("onset_velocity_m_s", "f8", np.nan),
     Variable("marched_at", "f8", np.nan),
+    Variable("marched_at_m_s", "f8", np.nan),
     Variable("state", "i1", FAILED),
     Variable("amplitude_deg", "f8", np.nan),
     Variable("bias_deg", "f8", np.nan),
@@ -198,11 +220,11 @@ class SweepStudy:
         flutter = flutter_point(specimen.family)
         if flutter is not None:
             found |= {"flutter_speed": flutter.speed, "flutter_k": flutter.k}
-        if self.options.onset:
-            found |= _onset(specimen)
+        if self.options.method != "none":
+            found |= FIND[self.options.method](specimen)
         if specimen.speed is not None:
             found |= self._end(specimen, specimen.speed)
-        return found
+        return found | _in_si(found, specimen.scale)
 
     def _end(self, specimen: Specimen, speed: float) -> dict[str, float]:
         system = specimen.family.at(speed)
@@ -217,6 +239,43 @@ class SweepStudy:
             "bias_deg": float(np.degrees(ends.bias[0])),
             "period": float(ends.period[0]),
         }
+
+
+def _in_si(found: Mapping[str, float], scale: Scale | None) -> dict[str, float]:
+    """Speeds and frequencies of one section in m/s and Hz, by its own scale."""
+    if scale is None:
+        return {}
+    si = {name: found[of] for name, of in IN_METRES.items() if of in found}
+    si = {name: scale.velocity(speed) for name, speed in si.items()}
+    if "flutter_k" in found:
+        hertz = scale.frequency_hz(found["flutter_k"], found["flutter_speed"])
+        si["flutter_frequency_hz"] = hertz
+    return si
+
+
+IN_METRES = {
+    "flutter_velocity_m_s": "flutter_speed",
+    "onset_velocity_m_s": "onset_speed",
+    "marched_at_m_s": "marched_at",
+}
+
+
+def _exact_onset(specimen: Specimen) -> dict[str, float]:
+    """The lowest exact cycle; families that branch off later are not looked for."""
+    from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
+
+    options = CycleOptions(depth=0, points=2)
+    try:
+        onset = limit_cycles(specimen.family, specimen.spring, options).onset
+    except (InputError, ConvergenceError):
+        return {}
+    if onset is None:
+        return {}
+    return {
+        "onset_speed": onset.cycle.speed,
+        "onset_speed_ratio": onset.cycle.speed_ratio,
+        "onset_amplitude_deg": float(np.degrees(onset.cycle.amplitude)),
+    }
 
 
 def _onset(specimen: Specimen) -> dict[str, float]:
@@ -236,6 +295,9 @@ def _onset(specimen: Specimen) -> dict[str, float]:
     }
 
 
+FIND = {"describing": _onset, "exact": _exact_onset}
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweepResult:
     """A finished sweep; arrays are (N,), angles in degrees.
@@ -250,12 +312,15 @@ class SweepResult:
         CPU time of all blocks.
     failures
         Blocks that could not be computed, and why.
+    onset_method
+        How onsets were found: "describing", "exact" or "none".
     """
 
     samples: Mapping[str, Array]
     values: Mapping[str, AnyArray]
     cpu_seconds: float = 0.0
     failures: Sequence[Mapping[str, str]] = ()
+    onset_method: str = "describing"
 
     @property
     def number(self) -> int:
@@ -298,6 +363,7 @@ def gather(study: SweepStudy, results: Results) -> SweepResult:
         values={v.name: results.read(v.name) for v in RESULTS},
         cpu_seconds=results.cpu_seconds,
         failures=results.failures,
+        onset_method=study.options.method,
     )
 
 
