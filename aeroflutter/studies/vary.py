@@ -98,7 +98,7 @@ def vary(
     >>> case = load_case("run14")
     >>> found = vary(case, "section.mu", [50, 100], lambda one: root_locus(one.family()))
     >>> [round(member.result.flutter.speed, 4) for member in found.members]
-    [2.9711, 4.1145]
+    [3.0746, 4.1145]
     """
     cases = [(float(value), case.replace(key, float(value))) for value in values]
     if not cases:
