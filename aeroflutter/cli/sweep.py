@@ -95,7 +95,7 @@ def sweep(
     study = SweepStudy(
         model,
         draw(distributions, sample, seed, design),
-        SweepOptions(onset=onset),
+        SweepOptions(onset=_finder(onset)),
         {"seed": seed, "design": design, "vary": written},
     )
     executor = keeping.executor(alone=sample <= SMALL)
@@ -118,6 +118,15 @@ def sweep(
         figure=lambda: _figure(loaded, found, scale),
         command="sweep",
     )
+
+
+def _finder(onset: str) -> Any:
+    """What finds the onset of a section."""
+    if onset == "exact":
+        from aeroflutter.studies.maps.onsets import ExactOnset
+
+        return ExactOnset()
+    return onset == "describing"
 
 
 def parse_varied(texts: list[str]) -> dict[str, Distribution]:

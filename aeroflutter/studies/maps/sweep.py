@@ -29,7 +29,6 @@ Array = NDArray[np.float64]
 
 BLOCKS, LARGEST_BLOCK = 64, 256  # as in `maps.grid`, for samples
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
-ONSETS = ("describing", "exact", "none")
 OF_CYCLES = ("amplitude_deg", "bias_deg", "period")  # results that only limit cycles have
 
 
@@ -60,6 +59,14 @@ class Model(Protocol):
     def identity(self) -> dict[str, Any]: ...
 
 
+class Finder(Protocol):
+    """What finds the onset of limit cycles of a section. Instances can be pickled."""
+
+    method: str
+
+    def __call__(self, specimen: Specimen) -> Mapping[str, float]: ...
+
+
 @dataclass(frozen=True, kw_only=True)
 class SweepOptions:
     """What is computed for every section of a sample.
@@ -68,28 +75,35 @@ class SweepOptions:
     ----------
     march : SimulateOptions
         Engine and limits of the end state, where the model gives a speed.
-    onset : str or bool
-        The lowest limit cycle, by the describing function ("describing", or True) or exactly
-        ("exact"); "none" or False leaves it out.
+    onset : bool or callable
+        The lowest limit cycle by the describing function, or by what is given, as
+        `onsets.ExactOnset()`: a specimen -> results by their names.
     """
 
     march: SimulateOptions = MARCH
-    onset: str | bool = True
-
-    def __post_init__(self) -> None:
-        if self.onset not in (True, False, *ONSETS):
-            raise InputError(f"onset: must be one of {', '.join(ONSETS)}, not {self.onset!r}")
+    onset: bool | Finder = True
 
     @property
     def method(self) -> str:
-        """How the onset is found: "describing", "exact" or "none"."""
+        """How the onset is found: "describing", "none", or the method of what is given."""
         if isinstance(self.onset, bool):
             return "describing" if self.onset else "none"
-        return self.onset
+        return self.onset.method
+
+    def find(self, specimen: Specimen) -> Mapping[str, float]:
+        """The onset of one section, if it is looked for."""
+        if isinstance(self.onset, bool):
+            return _onset(specimen) if self.onset else {}
+        return self.onset(specimen)
 
     def identity(self) -> dict[str, Any]:
         """The options in JSON's types."""
-        return {**march_identity(self.march), "onset": self.method}
+        return {**march_identity(self.march), "onset": self._found_by()}
+
+    def _found_by(self) -> Any:
+        if isinstance(self.onset, bool):
+            return self.onset
+        return [self.onset.method, code_hash(type(self.onset).__module__)]
 
 
 RESULTS = (
@@ -220,8 +234,7 @@ class SweepStudy:
         flutter = flutter_point(specimen.family)
         if flutter is not None:
             found |= {"flutter_speed": flutter.speed, "flutter_k": flutter.k}
-        if self.options.method != "none":
-            found |= FIND[self.options.method](specimen)
+        found |= self.options.find(specimen)
         if specimen.speed is not None:
             found |= self._end(specimen, specimen.speed)
         return found | _in_si(found, specimen.scale)
@@ -260,24 +273,6 @@ IN_METRES = {
 }
 
 
-def _exact_onset(specimen: Specimen) -> dict[str, float]:
-    """The lowest exact cycle; families that branch off later are not looked for."""
-    from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
-
-    options = CycleOptions(depth=0, points=2)
-    try:
-        onset = limit_cycles(specimen.family, specimen.spring, options).onset
-    except (InputError, ConvergenceError):
-        return {}
-    if onset is None:
-        return {}
-    return {
-        "onset_speed": onset.cycle.speed,
-        "onset_speed_ratio": onset.cycle.speed_ratio,
-        "onset_amplitude_deg": float(np.degrees(onset.cycle.amplitude)),
-    }
-
-
 def _onset(specimen: Specimen) -> dict[str, float]:
     """The lowest cycle by describing functions, if there is one and it could be followed."""
     from aeroflutter.orbits.describing import describing_curve
@@ -293,9 +288,6 @@ def _onset(specimen: Specimen) -> dict[str, float]:
         "onset_speed_ratio": onset.speed_ratio,
         "onset_amplitude_deg": float(np.degrees(onset.amplitude)),
     }
-
-
-FIND = {"describing": _onset, "exact": _exact_onset}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
