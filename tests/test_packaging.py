@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from importlib import metadata
@@ -46,6 +47,31 @@ def test_wheel_holds_every_module_and_case(wheel: list[str]) -> None:
     expected |= {f"aeroflutter/{path.relative_to(ROOT).as_posix()}" for path in generated}
     assert expected <= set(wheel)
     assert "aeroflutter/generated/section.py" in expected
+
+
+def test_sources_are_shipped_whole(tmp_path: Path) -> None:
+    """What is shipped can derive, test and document itself: everything but what git ignores."""
+    unwanted = shutil.ignore_patterns(
+        "__pycache__", "*.egg-info", ".git", ".venv", ".*_cache", ".hypothesis", "_build",
+        "gallery", "build", "dist", "out", ".coverage*", "sg_execution_times.rst",
+    )  # fmt: skip
+    copy = tmp_path / "sources"
+    shutil.copytree(ROOT, copy, ignore=unwanted)
+    (copy / "docs" / "_build").mkdir()
+    (copy / "docs" / "_build" / "page.html").write_text("made")
+    expected = {
+        path.relative_to(copy).as_posix()
+        for path in copy.rglob("*")
+        if path.is_file() and "_build" not in path.parts
+    }
+    build = [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", tmp_path, copy]
+    subprocess.run(build, check=True, capture_output=True)
+    [file] = tmp_path.glob("*.tar.gz")
+    with tarfile.open(file) as archive:
+        shipped = {name.partition("/")[2] for name in archive.getnames()}
+    assert {"derive/__main__.py", "Makefile", "tests/test_packaging.py"} <= expected
+    assert expected <= shipped
+    assert "docs/_build/page.html" not in shipped
 
 
 def test_version_is_stated_once() -> None:
