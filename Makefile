@@ -11,10 +11,10 @@ UV ?= uv
 PIP_LOCKED := --quiet --disable-pip-version-check --require-hashes --no-deps
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-slow mutants reference reproduce derive check-derive lint format bench docs wheel lock clean
+.PHONY: help setup demo test lowest python-3.13 test-slow mutants reference reproduce derive check-derive lint format bench docs wheel lock clean
 
 help: ## list the commands
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9.-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(STAMP) ## create .venv with the locked requirements and this package in it
 
@@ -39,6 +39,20 @@ test: setup ## run the tests, with the coverage of aeroflutter, generated and de
 
 reproduce: setup ## the thesis's figures and tables by their own numbers, in out/reproduce
 	$(BIN)/aeroflutter reproduce --folder $(OUT)/reproduce
+
+lowest: ## run the tests with the lowest versions that pyproject.toml allows
+	$(call tests-elsewhere,lowest,$(PYTHON),lowest)
+
+python-3.13: ## run the tests with Python 3.13
+	$(call tests-elsewhere,3.13,python3.13,dev)
+
+# An environment of its own, then the tests: name, interpreter, lock.
+define tests-elsewhere
+	test -x .venv-$(1)/bin/python || $(2) -m venv .venv-$(1)
+	.venv-$(1)/bin/python -m pip install $(PIP_LOCKED) -r requirements/$(3).txt
+	.venv-$(1)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	OPENBLAS_NUM_THREADS=1 .venv-$(1)/bin/python -m pytest -n auto $(TESTS)
+endef
 
 test-slow: setup ## run the heavier proofs as well
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto -m "slow or not slow"
@@ -85,6 +99,8 @@ lock: ## pin the requirements again (needs uv)
 	$(COMPILE) pyproject.toml --constraint requirements/dev.txt --output-file requirements/runtime.txt
 	$(COMPILE) pyproject.toml --constraint requirements/dev.txt --extra reference \
 		--output-file requirements/reference.txt
+	$(COMPILE) pyproject.toml --resolution lowest-direct --extra derive --extra test --extra build \
+		--extra report --extra cluster --extra certify --output-file requirements/lowest.txt
 
 clean: ## remove what can be made again, .venv excepted
 	rm -rf $(OUT) build dist docs/_build .coverage .mypy_cache .pytest_cache .ruff_cache

@@ -52,7 +52,7 @@ def test_wheel_holds_every_module_and_case(wheel: list[str]) -> None:
 def test_sources_are_shipped_whole(tmp_path: Path) -> None:
     """What is shipped can derive, test and document itself: everything but what git ignores."""
     unwanted = shutil.ignore_patterns(
-        "__pycache__", "*.egg-info", ".git", ".venv", ".*_cache", ".hypothesis", "_build",
+        "__pycache__", "*.egg-info", ".git", ".venv*", ".*_cache", ".hypothesis", "_build",
         "gallery", "build", "dist", "out", ".coverage*", "sg_execution_times.rst",
     )  # fmt: skip
     copy = tmp_path / "sources"
