@@ -170,18 +170,19 @@ class March:
             or 0 < self._turns.shape[0] <= memo[kernel.TURNS]
         )
 
-    def through(self, end: float, nodes: Array) -> tuple[Array, Array, Array]:
-        """March to a time; what the first output does on the way.
+    def through(self, end: float, rows: Array) -> tuple[Array, Array, Array]:
+        """March to a time; what rows of the state do on the way.
 
         Parameters
         ----------
-        nodes
-            Places in each step, between 0 and 1, (j,).
+        rows
+            (r, n).
 
         Returns
         -------
-        starts, lengths, y
-            Of each step, (i,) twice, and y at its nodes, (i, j).
+        starts, lengths, powers
+            Of each step, (i,) twice; of each row at the time t after its start, the coefficients
+            of the powers of t over the length, (i, WIDTH, r).
         """
         parts = []
         status = kernel.FULL
@@ -190,16 +191,13 @@ class March:
             log = self._steps[: self.motion.memo[kernel.STEPS]]
             lengths = np.diff(np.append(log[:, 0], self.time))
             tables = log[:, 1].astype(np.int64)
-            width = self.flow.arrays.noise.shape[1]
-            lines = self.flow.arrays.lines[tables, :width, SPACE : SPACE + WIDTH]
-            powers = np.einsum("ij,ijk->ik", log[:, 2 : 2 + width], lines)
-            s = (lengths / self.flow.arrays.step[tables])[:, None] * nodes
-            y = np.zeros_like(s)
-            for power in powers.T[::-1]:
-                y = y * s + power[:, None]
-            parts.append((log[:, 0].copy(), lengths, y))
-        starts, lengths, values = (np.concatenate(part) for part in zip(*parts, strict=True))
-        return starts, lengths, values
+            arrays, width = self.flow.arrays, self.flow.arrays.noise.shape[1]
+            known = arrays.flow[:, :WIDTH].reshape(-1, WIDTH, self.flow.n, width)
+            made = (rows @ known)[tables] @ log[:, None, 2 : 2 + width, None]
+            share = (lengths / arrays.step[tables])[:, None] ** np.arange(WIDTH)
+            parts.append((log[:, 0].copy(), lengths, made[..., 0] * share[..., None]))
+        starts, lengths, powers = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return starts, lengths, powers
 
     def _sample(self, count: int) -> None:
         """Fill in the samples that lie within the last `count` steps."""
@@ -259,6 +257,7 @@ def fundamental(flow: Flow, z: Array, period: float) -> float:
     """
     nodes, weights = _gauss_rule()
     march = March(flow, flow.begin(z[: flow.n], z[flow.n :]))
-    starts, lengths, y = march.through(period, nodes)
+    starts, lengths, powers = march.through(period, flow.C[:1])
+    y = powers[..., 0] @ nodes ** np.arange(WIDTH)[:, None]
     angles = 2.0 * np.pi / period * (starts[:, None] + lengths[:, None] * nodes)
     return float(2.0 / period * abs(np.sum(weights * lengths[:, None] * y * np.exp(1j * angles))))

@@ -25,7 +25,8 @@ __all__ = [
     "unknown",
 ]
 
-_SAMPLES = 2048  # a period: a flap may turn many times in it
+_NODES = 17  # a step, within which even the fastest mode hardly turns twice
+_NEWTON = 3  # steps, from a guess between two nodes
 
 
 class Swing(NamedTuple):
@@ -67,16 +68,33 @@ def rows_of(system: AnySystem) -> Array:
 
 
 def cycle_extremes(flow: Flow, z: Array, period: float) -> tuple[Array, Array]:
-    """Lowest and highest of each of `rows_of` on the cycle through z = (x, every memory)."""
+    """Lowest and highest of each of `rows_of` on the cycle through z = (x, every memory).
+
+    Each is a polynomial within a step: its turns are looked for between nodes, and found by Newton's
+    method to round-off.
+    """
     from aeroflutter.motion.march import March
 
-    times = np.linspace(0.0, period, _SAMPLES)
-    march = March(flow, flow.begin(z[: flow.n], z[flow.n :]), times=times)
-    march.run(period)
-    count = march.filled
-    states, moments = march.states[:count], march.moments[:count]
-    rates = states @ flow.A.T - moments @ flow.B.T + flow.d
-    return extremes(states, rates, times[1], rows_of(flow.system))
+    march = March(flow, flow.begin(z[: flow.n], z[flow.n :]))
+    _, _, y = march.through(period, rows_of(flow.system))
+    order = np.arange(y.shape[1])
+    nodes = np.linspace(0.0, 1.0, _NODES)[:, None] ** order
+    values, rates = nodes @ y, (nodes[:, :-1] * order[1:]) @ y[:, 1:]
+    low, high = values.min(axis=(0, 1)), values.max(axis=(0, 1))
+    step, node, row = np.nonzero(rates[:, :-1] * rates[:, 1:] < 0.0)
+    first, last = rates[step, node, row], rates[step, node + 1, row]
+    turning = y[step, :, row]
+    slopes, bends = turning[:, 1:] * order[1:], turning[:, 2:] * (order[2:] * order[1:-1])
+    s = (node + first / (first - last)) / (_NODES - 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(_NEWTON):
+            powers = s[:, None] ** order
+            rate, bend = np.sum(slopes * powers[:, :-1], 1), np.sum(bends * powers[:, :-2], 1)
+            s = np.clip(s - rate / bend, node / (_NODES - 1), (node + 1) / (_NODES - 1))
+    turned = np.sum(turning * s[:, None] ** order, axis=1)
+    np.fmin.at(low, row, turned)
+    np.fmax.at(high, row, turned)
+    return low, high
 
 
 def extremes(states: Array, rates: Array, dt: float, rows: Array) -> tuple[Array, Array]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from aeroflutter.springs.base import PiecewiseLinear, Spring
@@ -32,6 +34,7 @@ def simplify(spring: Spring) -> Spring:
     return spring
 
 
+@lru_cache(maxsize=64)
 def straight(spring: Spring) -> bool:
     """Whether a law is made of straight pieces, which the exact engine takes."""
     return simplify(spring).piece_table() is not None
