@@ -292,6 +292,19 @@ def test_a_branch_of_doubled_period_ends_on_its_parent_whatever_the_round_off(
     assert np.allclose(ends, (0.709707, 0.720030), atol=2e-6)
 
 
+def test_what_hardly_closes_is_left_out_and_counted() -> None:
+    """Friction a hundred millionth of the gap: where the slider's place decides everything, some
+    starts lead to nothing that closes. They end no search and make no family."""
+    case = load_case("run103", {"spring.delta_v_deg": 1e-8})
+    options = replace(PLAIN, speed_ratio_range=(0.15, 0.25), points=10, max_states=20)
+    found = limit_cycles(case.family(), case.spring, options)
+    assert found.families
+    assert all(family.cycles for family in found.families)
+    assert any("led to what does not close" in note for note in found.notes)
+    stops = [stop for family in found.families for stop in family.stopped]
+    assert all("20 cycles were followed" in stop for stop in stops)
+
+
 # --- invariances ---------------------------------------------------------------------------------
 
 

@@ -70,8 +70,8 @@ def rows_of(system: AnySystem) -> Array:
 def cycle_extremes(flow: Flow, z: Array, period: float) -> tuple[Array, Array]:
     """Lowest and highest of each of `rows_of` on the cycle through z = (x, every memory).
 
-    Each is a polynomial within a step: its turns are looked for between nodes, and found by Newton's
-    method to round-off.
+    Each is a polynomial within a step: its turns are looked for between nodes, and Newton's method
+    finds them to round-off.
     """
     from aeroflutter.motion.march import March
 

@@ -212,7 +212,9 @@ def _corner(leg: Leg, strand: Strand) -> tuple[Array, Array] | None:
     A branch may end at a corner: where its parent grazes, it leaves it with a kink, and beyond it
     would only come back half a period late.
     """
-    while strand.end.cycle.closure > _CLOSE and strand.end.leg is leg and not strand.end.seam:
+    while len(strand.places) > 1 and strand.end.cycle.closure > _CLOSE and strand.end.leg is leg:
+        if strand.end.seam:
+            break
         strand.places.pop()  # beyond the corner, where Newton's method only seemed to converge
     near = strand.end.at - _COINCIDE
     before = next((p for p in reversed(strand.places) if p.leg is leg and p.at < near), None)
@@ -263,6 +265,8 @@ def _named(leg: Leg, stop: str) -> str:
     """A reason of the walk in the words of this problem."""
     if "min_step" in stop:
         return STALLED
+    if stop.startswith("max_states"):
+        return f"{leg.walk.options.max_states} {_MANY}"
     m = leg.shooting.loop.m
     for index, name in ((m, "the longest period"), (m + 1, "the end of the range of speeds")):
         if stop.startswith(f"unknown {index} "):

@@ -117,7 +117,7 @@ class Search:
         self.watch = watch
         self.families: list[Family] = []
         self.notes: list[str] = []
-        self._seeds = 0
+        self._seeds = self._astray = 0
         self._rng = np.random.default_rng(0)  # one search is like another
         self._entered: set[tuple[float, float]] = set()
         simple = _piecewise(spring)
@@ -181,6 +181,11 @@ class Search:
         )
 
     def _remarks(self) -> Iterator[str]:
+        if self._astray:
+            yield (
+                f"{self._astray} of {self._seeds} starts led to what does not close to ten digits, "
+                "which is left out"
+            )
         for family in self.families:
             yield from _broken_off(family)
             if family.left_out:
@@ -273,7 +278,11 @@ class Search:
 
     def _add(self, origin: str, parent: int | None, ahead: Strand, behind: Strand | None) -> None:
         number = len(self.families) + 1
-        self.families.append(self._assembled(number, origin, parent, ahead, behind))
+        family = self._assembled(number, origin, parent, ahead, behind)
+        if family.facts.cycles:
+            self.families.append(family)
+        else:
+            self._astray += 1
 
     def _assembled(
         self,
