@@ -308,6 +308,19 @@ def test_what_hardly_closes_is_left_out_and_counted() -> None:
 # --- invariances ---------------------------------------------------------------------------------
 
 
+def test_a_cycle_larger_than_what_is_followed_is_not_passed_over_in_silence() -> None:
+    """Cycles of a gap grow without end towards the flutter speed, like the gap over what is left of
+    the speed: at 1 - 1e-4 of it the largest is found, at 1 - 1e-7 it is said that it is not."""
+    flutter = flutter_speed(section())
+    assert flutter is not None
+    near = cycles_at(section(), Hysteresis(1.0, 0.2), (1 - 1e-4) * flutter, QUICK)
+    assert near.cycles[-1].amplitude > 600.0
+    assert not near.branch.notes
+    nearer = cycles_at(section(), Hysteresis(1.0, 0.2), (1 - 1e-7) * flutter, QUICK)
+    assert nearer.cycles[-1].amplitude < 1.0
+    assert "no further than to 2000 times" in nearer.branch.notes[0]
+
+
 def test_the_spring_is_scale_free() -> None:
     one = limit_cycles(section(), Hysteresis(1.0, 0.2), QUICK)
     other = limit_cycles(section(), Hysteresis(1e-3, 2e-4), QUICK)

@@ -240,6 +240,17 @@ def test_a_control_system_that_is_no_airfoil():
     assert found[0, 1] == pytest.approx(np.sqrt(3.0), rel=1e-12)  # phase -180° of 1/(s+1)³
 
 
+@pytest.mark.parametrize("amplitude", [3e3, 1e6])
+def test_cycles_of_a_fixed_system_far_beyond_the_gap_are_found(amplitude):
+    """A triple lag turns the phase by -180° at the square root of three, where it is an eighth of
+    its gain: the gain says what N, and so how large the cycle is."""
+    spring = Freeplay(2.0)
+    N = float(spring.describing(amplitude, 0.0).n_p)
+    plant = control.ss(control.tf([8.0 / N], [1.0, 3.0, 3.0, 1.0]))
+    found = describing_intersections(LureSystem.from_control(plant), spring)
+    assert found == pytest.approx(np.array([[amplitude, np.sqrt(3.0)]]), rel=1e-7)
+
+
 def test_a_fixed_system_and_the_curve_agree():
     case = load_case("run14")
     curve = describing_at(case.family(), case.spring, [0.02])

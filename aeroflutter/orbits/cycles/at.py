@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import FixedFamily, LureFamily, LureSystem
+from aeroflutter.orbits.cycles.follow import LARGEST
 from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
 from aeroflutter.orbits.cycles.search import Search
@@ -94,12 +95,27 @@ def cycles_at(
     span = min(spans[0] / unit, 0.98 * ratio), max(spans[1] / unit, 1.02 * ratio)
     search.options = replace(options, speed_ratio_range=span, largest=max(options.largest, _FAR))
     search.run(speed)
+    found = search.result()
     return CyclesAt(
         speed=speed,
         speed_ratio=speed / search.frame.flutter if search.frame.flutter else float("nan"),
         cycles=search.at(speed),
-        branch=search.result(),
+        branch=replace(found, notes=(*found.notes, *_too_large(search, speed))),
     )
+
+
+def _too_large(search: Search, speed: float) -> Iterator[str]:
+    """What is not known at the speed: families grow without end towards the reference speed."""
+    for family in search.families:
+        for strand in family.strands:
+            last = strand.end.cycle.speed
+            towards = (speed - last) * (search.frame.reference - speed) >= 0.0
+            if strand.stop.startswith(LARGEST) and towards:
+                yield (
+                    f"family {family.facts.number} was followed no further than to "
+                    f"{search.options.largest:g} times the spring's scale: at the speed asked for "
+                    "its cycle is larger, if it has one"
+                )
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,6 +30,7 @@ from aeroflutter.orbits.cycles.shooting import Shooting
 __all__ = [
     "BACK",
     "FAILURES",
+    "LARGEST",
     "NOT_ENTERED",
     "Place",
     "Strand",
@@ -53,6 +54,7 @@ BACK = "the family comes back to the one it branched from"
 NOT_ENTERED = "the other side of the first cycle could not be entered"
 _LINEAR = "the spring no longer switches: cycles of a linear system, of any amplitude"
 _CLOSED = "the curve closes"
+LARGEST = "the amplitude has reached"
 _MANY = "cycles were followed"
 _NO_START = "the cycle could not be started from elsewhere"
 FAILURES = (STALLED, _MANY, _NO_START, NOT_ENTERED)
@@ -257,7 +259,7 @@ def _note(leg: Leg, strand: Strand, found: list[tuple[str, State]]) -> str:
 
 def _limit(leg: Leg, cycle: Cycle, options: CycleOptions) -> str:
     if cycle.amplitude > options.largest * leg.shooting.loop.spring.scale:
-        return f"the amplitude has reached {options.largest:g} times the spring's scale"
+        return f"{LARGEST} {options.largest:g} times the spring's scale"
     return ""
 
 

@@ -15,6 +15,8 @@ from aeroflutter.springs import Spring
 __all__ = ["describing_intersections"]
 
 _STATIONS = 400  # amplitudes at which the roots of A - N b c are looked at
+_LARGE, _LARGEST = 1e3, 1e9  # amplitudes over the law's scale: beyond the first, N hardly changes
+_FAR = 60  # amplitudes between those
 
 
 def describing_intersections(
@@ -30,7 +32,7 @@ def describing_intersections(
         An odd law; biased cycles need the curve over speed.
     amplitude_range
         Lowest and highest amplitude; by default from where the law becomes nonlinear to a
-        thousand times its scale.
+        billion times its scale.
 
     Returns
     -------
@@ -46,16 +48,19 @@ def describing_intersections(
         raise InputError("spring: must be odd; cycles of others have a bias")
     low, high = amplitude_range or (
         linear_limit(spring) or 1e-3 * spring.scale,
-        1e3 * spring.scale,
+        _LARGEST * spring.scale,
     )
     if not 0 < low < high < np.inf:
         raise InputError(f"amplitude_range: needs 0 < low < high, finite, not {(low, high)!r}")
     balance = Balance(FixedFamily(system), spring, False)
     amplitudes = np.geomspace(low, high, _STATIONS)
+    if amplitude_range is None:
+        near = np.geomspace(low, _LARGE * spring.scale, _STATIONS)
+        amplitudes = np.append(near, np.geomspace(near[-1], high, _FAR)[1:])
     d = spring.describing(amplitudes, 0.0)
-    speeds = np.ones(_STATIONS)  # any: the system does not depend on it
+    speeds = np.ones(amplitudes.size)  # any: the system does not depend on it
     roots = closed_eigenvalues(balance.family, speeds, d.n_p, d.n_q)
-    successor = np.append(np.arange(1, _STATIONS), -1)
+    successor = np.append(np.arange(1, amplitudes.size), -1)
     guesses = [
         balance.pack(
             amplitudes[i] ** (1 - t) * amplitudes[j] ** t, np.zeros(t.size), np.ones(t.size), k
