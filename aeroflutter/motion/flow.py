@@ -38,6 +38,7 @@ Index = NDArray[np.int64]
 
 EVENTS = 400  # switches that a passage may have
 AT_ONCE = 16  # modes whose tables are made at once
+BESIDE = 8  # modes made together where there are more: motions go on to the next slope
 TOGETHER = 8  # flows whose tables are made at once: their work space stays in the cache
 
 
@@ -290,7 +291,10 @@ class Flow:
         return np.stack(columns, axis=-1)
 
     def prepare(self, places: Index) -> None:
-        """Make the tables of the modes at these places of `lookup`."""
+        """Make the tables of the modes at these places of `lookup`, and of those beside them."""
+        beside = (places // BESIDE * BESIDE)[:, None] + np.arange(BESIDE)
+        wanted = np.unique(beside[beside < self.arrays.lookup.size])
+        places = wanted[self.arrays.lookup[wanted] < 0]
         slopes = self.slopes_at(places)
         generators = _closed(self.A, self._pushes, self.C, slopes)
         self._take(places, build(generators, self.C, self._cap, self._d(slopes)))
@@ -327,7 +331,7 @@ class Flow:
     @property
     def inputs(self) -> int:
         """Number of constant inputs of a mode: one a spring, and one for a load."""
-        return int(self.arrays.noise.shape[1]) - self.n
+        return int(self._pushes.shape[1])
 
     def place(self, modes: ArrayLike) -> int:
         """Place of a mode of all springs in `lookup`."""
