@@ -6,6 +6,7 @@ line in `COMMANDS` and one file beside this one.
 
 from __future__ import annotations
 
+import keyword
 import re
 import sys
 from collections.abc import Sequence
@@ -26,7 +27,9 @@ COMMANDS = {
     "init": "Write a commented case file to start from.",
     "validate": "Check a case file and say what it describes.",
     "onset": "Where oscillation begins: free below a speed by proof, and the lowest cycle.",
+    "import": "Write a case for a state space or a modal model of another program.",
     "rootlocus": "Linear flutter and divergence: roots against airspeed.",
+    "pk": "Flutter of a modal model by p-k on its tabulated air forces: V-g, V-f.",
     "df": "Limit cycles by describing functions: amplitude against airspeed.",
     "lco": "Every limit cycle, stable or not, exactly; bifurcations located.",
     "tolerance": "The largest gap, or least friction, that keeps limit cycles small.",
@@ -41,7 +44,8 @@ COMMANDS = {
     "sweep": "Monte-Carlo: flutter speed, onset and amplitude over uncertain sections.",
     "warmup": "Compile what the other commands would compile on their first run.",
 }
-"""Name and line of help of every command; the command is the function NAME of cli/NAME.py."""
+"""Name and line of help of every command; the command is the function NAME of cli/NAME.py,
+with an underscore behind where it is a word of Python's own."""
 
 OK, FAILED, BAD_INPUT, NOT_CONVERGED, FAULT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 70, 130, 141
 
@@ -166,7 +170,8 @@ def build_app() -> App:
 
     app = App(name="aeroflutter", version=__version__, help_format="plaintext")
     for name, line in COMMANDS.items():
-        app.command(f"{__name__}.{name}:{name}", name=name, help=line)
+        word = f"{name}_" if keyword.iskeyword(name) else name
+        app.command(f"{__name__}.{word}:{word}", name=name, help=line)
     return app
 
 

@@ -18,6 +18,7 @@ __all__ = ["Modes", "Track", "closed_matrices", "follow", "solve_modes"]
 
 _CLEAR = 0.9  # overlap of a mode with its successor that counts as unambiguous
 _SPILL = 0.5  # overlap with all the other modes together that is too much
+_REAL = 0.01  # |Im p/p| below which a root is one of the real axis
 _ROUND_OFF = 4 * np.finfo(float).eps
 _DEPTH = 12  # halvings of a search interval before two modes count as coalescing
 
@@ -67,26 +68,55 @@ def solve_modes(family: AnyFamily, stiffness: float, speeds: Real) -> Modes:
     roots, right = np.linalg.eig(closed_matrices(family, stiffness, speeds))
     # a defective matrix has no inverse eigenvectors; the pseudo-inverse keeps the others usable
     roots, right = roots.astype(complex), right.astype(complex)
-    return Modes(speeds, roots, right, np.linalg.pinv(right, rcond=1e-15))
+    return Modes(speeds, roots, right, _inverse(right))
 
 
-def _partners(modes: Modes) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-    """For neighbouring speeds: each mode's successor (m-1, n), and whether it is clear (m-1,)."""
+def _inverse(right: Complex) -> Complex:
+    try:
+        left = np.linalg.inv(right)
+    except np.linalg.LinAlgError:
+        left = np.full_like(right, np.nan)
+    broken = ~np.isfinite(left).all(axis=(-2, -1))
+    if broken.any():
+        left[broken] = np.linalg.pinv(right[broken], rcond=1e-15)
+    return left
+
+
+def _oscillating(roots: Complex) -> NDArray[np.bool_]:
+    """Roots that may cross the imaginary axis; those on the real one come in crowds, as lags do."""
+    return np.asarray(np.abs(roots.imag) > _REAL * np.abs(roots))
+
+
+def _partners(modes: Modes) -> tuple[NDArray[np.intp], NDArray[np.bool_], NDArray[np.bool_]]:
+    """For neighbouring speeds: each mode's successor (m-1, n), and what is clear (m-1,).
+
+    First whether all of them are, then whether those are that oscillate.
+    """
     overlap = np.abs(modes.left[:-1] @ modes.right[1:])
     best = np.argmax(overlap, axis=2)
     n = best.shape[1]
     bijective = np.all(np.sort(best, axis=1) == np.arange(n), axis=1)
     chosen = np.take_along_axis(overlap, best[..., None], axis=2)[..., 0]
-    rest = (overlap.sum(axis=2) - chosen).max(axis=1)
-    clear = bijective & (chosen.min(axis=1) > _CLEAR) & (rest < _SPILL)
-    return best, clear
+    own = (chosen > _CLEAR) & (overlap.sum(axis=2) - chosen < _SPILL)
+    before, after = _oscillating(modes.roots[:-1]), _oscillating(modes.roots[1:])
+    kept = np.take_along_axis(after, best, axis=1)  # an oscillation that goes on as one
+    alike = before.sum(axis=1) == after.sum(axis=1)
+    told = alike & np.all(~before | (own & kept), axis=1) & _once(best, before)
+    return best, bijective & own.all(axis=1), told
+
+
+def _once(best: NDArray[np.intp], rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether no two of the chosen rows have the same successor."""
+    n = best.shape[1]
+    own = np.where(rows, best, n + np.arange(n))
+    return np.asarray(np.all(np.diff(np.sort(own, axis=1), axis=1) > 0, axis=1))
 
 
 def _refined(family: AnyFamily, stiffness: float, speeds: Real) -> Modes:
-    """Halve every interval across which the modes have no clear partners."""
+    """Halve every interval across which the oscillating modes have no clear partners."""
     modes = solve_modes(family, stiffness, speeds)
     for _ in range(_DEPTH):
-        unclear = ~_partners(modes)[1]
+        unclear = ~_partners(modes)[2]
         if not unclear.any():
             break
         middle = 0.5 * (modes.speeds[:-1] + modes.speeds[1:])[unclear]
@@ -96,12 +126,16 @@ def _refined(family: AnyFamily, stiffness: float, speeds: Real) -> Modes:
 
 def _assigned(modes: Modes) -> NDArray[np.intp]:
     """Column of each mode at each speed (m, n)."""
-    best, clear = _partners(modes)
+    best, clear, told = _partners(modes)
     columns = np.empty(modes.roots.shape, dtype=np.intp)
     columns[0] = np.lexsort((modes.roots[0].real, modes.roots[0].imag))[::-1]
-    for i, (partner, unambiguous) in enumerate(zip(best, clear, strict=True)):
-        if not unambiguous:  # two modes coalesce between these speeds: the nearest roots go on
-            partner = _nearest_pairs(modes.roots[i], modes.roots[i + 1])
+    for i, partner in enumerate(best):
+        if not clear[i]:  # the nearest roots go on, except those whose eigenvectors tell
+            held = _oscillating(modes.roots[i]) & told[i]
+            rest = np.setdiff1d(np.arange(partner.size), partner[held])
+            pairs = _nearest_pairs(modes.roots[i][~held], modes.roots[i + 1][rest])
+            partner = partner.copy()
+            partner[~held] = rest[pairs]
         columns[i + 1] = partner[columns[i]]
     return columns
 

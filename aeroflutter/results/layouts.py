@@ -9,6 +9,7 @@ import numpy as np
 
 from aeroflutter.errors import InputError
 from aeroflutter.results import cycles, motions, proofs, studies
+from aeroflutter.results.fields import Field, Kind
 from aeroflutter.results.schema import Layout, Many, One, Value, layout
 
 __all__ = ["layout_of"]
@@ -26,8 +27,28 @@ ROOT_LOCUS = layout(
     frame=("speed", "mode"),
 )
 
+PK = layout(
+    One("flutter", layout=layout("speed k")),
+    Many("crossings", layout=layout("speed k growing"), dim="crossing", prefix="crossing_"),
+    One("divergence", layout=layout(Value("speed", lambda speed: speed))),
+    Value("speed", "speeds", key="speeds", dims=("speed",)),
+    Value(
+        "damping",
+        dims=("speed", "mode"),
+        meaning=Field("damping g = 2 Re lambda/|Im lambda|"),
+    ),
+    Value(
+        "frequency_hz",
+        dims=("speed", "mode"),
+        meaning=Field("frequency of each mode", Kind("Hz")),
+    ),
+    Value("mode", lambda one: np.arange(1, one.roots.shape[1] + 1), key=None),
+    frame=("speed", "mode"),
+)
+
 # By the names of classes, so that no analysis is imported for it
 LAYOUTS: dict[str, Layout] = {
+    "PKResult": PK,
     "RootLocus": ROOT_LOCUS,
     **cycles.LAYOUTS,
     **motions.LAYOUTS,

@@ -38,7 +38,7 @@ class FitOptions:
     method : str
         ``"roger"`` or ``"minimum-state"``.
     lags : int or sequence of float, optional
-        How many lag roots, optimised; or the roots themselves, kept. Four by default, eight for
+        How many lag roots, optimised; or the roots themselves, kept. Six by default, ten for
         the minimum state.
     exact : sequence of float
         Reduced frequencies of the table at which the fit is exact: the real part at ``k = 0``
@@ -88,7 +88,7 @@ class FitOptions:
     def count(self) -> int:
         """How many lag roots."""
         if self.lags is None:
-            return 4 if self.method == "roger" else 8
+            return 6 if self.method == "roger" else 10
         return self.lags if isinstance(self.lags, int) else len(self.lags)
 
     @property
