@@ -23,7 +23,9 @@ from aeroflutter.guarantees.absence import (
     concerns,
 )
 from aeroflutter.guarantees.absence.certificate import Linear, Loop, Static
+from aeroflutter.guarantees.absence.friction import Friction
 from aeroflutter.guarantees.absence.law import law_of, model_of
+from aeroflutter.guarantees.absence.search import summits
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.lure import FixedFamily, LureSystem, SampledFamily
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Table
@@ -482,3 +484,36 @@ def test_an_unstable_system_of_any_kind_gets_none():
         np.array([[0.0, 1.0], [-1.0, 0.1]]), np.array([0.0, 1.0]), np.array([1.0, 0])
     )
     assert not absence_at(FixedFamily(system), Hysteresis(1.0, 0.1), 1.0).certified
+
+
+# Friction over gap
+
+
+def test_what_is_claimed_of_friction_is_what_was_checked():
+    """The certificate is for the very ratio; with less friction it is refused."""
+    case = load_case("run14")
+    found = Friction(case.family()).at(0.9 * FLUTTER)
+    assert found.certified
+    assert checker.check(found.certificate).high == found.speed
+    loop = found.certificate.spring
+    assert loop.delta_v / loop.delta_h == found.ratio
+    less = replace(found.certificate, spring=replace(loop, delta_v=0.999 * found.ratio))
+    refused(less, "not below")
+    assert absence_at(case.family(), Hysteresis(1.01 * found.ratio, 1.0), found.speed).certified
+    assert not absence_at(case.family(), Hysteresis(0.97 * found.ratio, 1.0), found.speed).certified
+
+
+def test_any_friction_is_enough_where_no_terms_are_needed():
+    family = load_case("run14").family()
+    found = Friction(family).at(0.7 * FLUTTER)
+    assert (found.ratio, found.certified) == (0.0, True)
+    assert not found.certificate.pieces[0].terms
+    assert np.isinf(Friction(family).at(1.01 * FLUTTER).ratio)
+
+
+def test_summits_lie_between_samples():
+    omega = np.array([0.0, 1.0, 1.7, 3.0, 4.0])
+    F = 5.0 - (omega - 2.0) ** 2
+    at, heights = summits(omega, F)
+    assert (at[-1], heights[-1]) == pytest.approx((2.0, 5.0))
+    assert (at[0], at[1]) == (0.0, 4.0)  # both ends, whatever lies there

@@ -81,3 +81,36 @@ def test_a_certificate_needs_its_suffix(capsys, tmp_path):
     code, printed = run(capsys, "run100", "--certificate", str(tmp_path / "proof.txt"))
     assert code == 2
     assert "--certificate" in printed.err
+
+
+def test_a_chart_of_friction_over_gap(capsys, tmp_path):
+    """Run 14's section: at 0.95 it needs 1.8533 times run 14's friction, by `tolerance`."""
+    figure, saved = tmp_path / "c.png", tmp_path / "c.nc"
+    code, printed = run(
+        capsys, "run14", "--chart", "0.7,0.85,0.95,1.1", "--json", "--plot", str(figure),
+        "--out", str(saved),
+    )  # fmt: skip
+    assert code == 0
+    found = json.loads(printed.out)
+    low, middle, high, beyond = found["chart"]
+    assert found["friction_ratio"] == pytest.approx(5.0)
+    assert [row["speed_ratio"] for row in found["chart"]] == pytest.approx([0.7, 0.85, 0.95, 1.1])
+    assert low["proved_ratio"] == low["exact_ratio"] == 0.0  # any friction is enough
+    assert high["exact_ratio"] / 5.0 == pytest.approx(1.8533, abs=1e-4)
+    assert high["exact_ratio"] < high["proved_ratio"] < 1.875 * 5.0
+    assert middle["exact_ratio"] < middle["proved_ratio"] < 1.02 * middle["exact_ratio"]
+    assert all(row["certified"] for row in (low, middle, high))
+    assert beyond["proved_ratio"] is None
+    assert beyond["exact_ratio"] is None
+    assert figure.stat().st_size > 0
+    with xr.open_dataset(saved) as dataset:
+        assert dataset["proved_ratio"].values[2] == high["proved_ratio"]
+
+
+def test_a_chart_needs_a_gap(capsys):
+    code, printed = run(capsys, "linear-02", "--chart", "0.5:0.9:3")
+    assert code == 2
+    assert "delta_h_deg" in printed.err
+    code, printed = run(capsys, "run14", "--chart", "-1,0.5")
+    assert code == 2
+    assert "--chart" in printed.err

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.chart import charted
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -17,6 +18,7 @@ from aeroflutter.cli.common import (
     show_facts,
     target_problems,
 )
+from aeroflutter.cli.varying import Vary, onset_row
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from aeroflutter.guarantees.onset import Onset
     from aeroflutter.model.section import Scale
     from aeroflutter.orbits.cycles import CycleOnset
+    from aeroflutter.studies.vary import Member
 
 
 def onset(
@@ -40,10 +43,18 @@ def onset(
             help="What is free whatever the steady load, and no cycle, since those move with it.",
         ),
     ] = False,
+    chart: Annotated[
+        str | None,
+        Parameter(
+            help="Instead: the friction over gap, delta_v / delta_h, that is needed at speed "
+            "ratios A:B:N or a,b,c (or velocity=A:B:N), by proof and by exact limit cycles."
+        ),
+    ] = None,
     certificate: Annotated[
         Path | None,
         Parameter(name="--certificate", help="Save the proof in this JSON file."),
     ] = None,
+    vary: Vary = Vary(),
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -61,8 +72,22 @@ def onset(
     if problems:
         raise InputError(problems)
     loaded = options.load(case)
+    if certificate is not None and (chart or vary.vary) is not None:
+        raise InputError("--certificate: is of one case; leave out --chart and --vary")
+    if chart is not None:
+        if any_load or vary.vary is not None:
+            raise InputError("--chart: excludes --any-load and --vary")
+        charted(loaded, chart, output)
+        return
+
+    def analyse(one: Case) -> Onset:
+        return find(one.family(), one.spring, any_load=any_load)
+
+    if vary.vary is not None:
+        vary.deliver(loaded, "onset", analyse, output, rows=_row)
+        return
     scale = output.begin(loaded, "onset")
-    result = find(loaded.family(), loaded.spring, any_load=any_load)
+    result = analyse(loaded)
     if certificate is not None and result.free is not None and result.free.certificate:
         result.free.certificate.save(certificate)
     output.result(
@@ -72,6 +97,18 @@ def onset(
         figure=lambda: _figure(loaded, result, scale),
         command="onset",
     )
+
+
+def _row(member: Member, scale: Scale | None) -> dict[str, Any]:
+    """What a member comes to: the end of what is proved free, and the lowest cycle."""
+    from aeroflutter.results import fields_of
+
+    fields = fields_of(member.result, member.case)
+    free, cycle = fields["proved_free_below"], fields["lowest_cycle"]
+    return {
+        "proved free up to": free and free["speed_ratio"],
+        "certified": free and free["certified"],
+    } | {f"lowest cycle: {name}": one for name, one in onset_row(cycle, scale).items()}
 
 
 def _print(case: Case, result: Onset, scale: Scale | None) -> None:

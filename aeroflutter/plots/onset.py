@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from aeroflutter.plots import style as look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from aeroflutter.guarantees.chart import Chart
     from aeroflutter.guarantees.onset import Onset
     from aeroflutter.model.section import Scale
 
-__all__ = ["plot_onset", "shade_free"]
+__all__ = ["plot_chart", "plot_onset", "shade_free"]
 
 
 def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Figure:
@@ -31,6 +34,45 @@ def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Fi
             figure = plot_cycles(result.cycles, title, scale=scale)
             axes = figure.axes[0]
         shade_free(axes, result, scale)
+    return figure
+
+
+def plot_chart(result: Chart, title: str = "", scale: Scale | None = None) -> Figure:
+    """Friction over gap against speed: proved to be enough, exactly enough, and that of the case.
+
+    Logarithmic where it spans much: it grows without bound towards flutter.
+    """
+    shown = look.Airspeed.of(result.flutter_speed, scale)
+    x = result.speeds / shown.unit
+    proved, exact = (
+        np.where(np.isfinite(one), one, np.nan)
+        for one in (result.proved_ratios, result.exact_ratios)
+    )
+    values = np.r_[proved, exact, result.own]
+    values = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (0.7 * values.min(), 1.4 * values.max()) if values.size else (0.1, 1.0)
+    wide = high > 30.0 * low
+    low = low if wide else 0.0
+    with look.style():
+        figure, axes = look.figure(width=6.8, height=4.4)
+        axes.set_yscale("log" if wide else "linear")
+        axes.set_ylim(low, high)
+        above = np.maximum(proved, low)
+        how = "nothing oscillates, proved" if result.certified else "free, not certified"
+        axes.fill_between(x, above, high, color=look.GREEN, alpha=0.15, linewidth=0, label=how)
+        axes.plot(x, above, color=look.GREEN, label="proved to be enough")
+        axes.plot(x, np.maximum(exact, low), "--", color=look.BLUE, label="limit cycles below")
+        if result.own > 0.0:
+            axes.axhline(result.own, color=look.GREY, linewidth=0.8, linestyle=":")
+            axes.annotate(
+                "the case", (x[-1], result.own), xytext=(-2, 3), textcoords="offset points",
+                ha="right", fontsize=7.5, color=look.GREY,
+            )  # fmt: skip
+        axes.set_xlabel(shown.label)
+        axes.set_ylabel(r"friction over gap $\Delta V/\Delta H$")
+        axes.legend(loc="upper left")
+        if title:
+            look.headline(figure, title)
     return figure
 
 

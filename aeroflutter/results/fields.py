@@ -322,6 +322,9 @@ FIELDS: dict[str, Field] = {
     "piece_lam": Field("lambda of the multiplier of the piece"),
     "piece_terms": Field("terms of the multiplier of the piece", COUNT),
     "proved": Field("1 where the cycle is proved to exist", FLAG),
+    "friction_ratio": Field("friction over gap, delta_v / delta_h, of the case"),
+    "proved_ratio": Field("friction over gap from which on nothing oscillates, by proof"),
+    "exact_ratio": Field("friction over gap above which no limit cycle was found"),
     "onset_gap": Field("distance from proof to lowest cycle over the speed of that cycle"),
     # motions
     "alpha": Field("initial pitch", ANGLE, axis=r"initial pitch $\alpha_0$ (deg)"),

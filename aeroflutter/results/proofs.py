@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from aeroflutter.results.schema import Many, One, Value, View, layout
 
 LOWEST = layout(
@@ -59,4 +61,32 @@ ONSET = layout(
     frame=("piece",),
 )
 
-LAYOUTS = {"Onset": ONSET}
+
+def _needed(one: Any) -> tuple[View, ...]:
+    """Friction over gap at every speed; NaN where no friction is known to be enough."""
+    rows = zip(one.points, one.speed_ratios, one.exact_ratios, strict=True)
+    return tuple(
+        View(
+            point, speed_ratio=ratio, proved_ratio=_finite(point.ratio), exact_ratio=_finite(exact)
+        )
+        for point, ratio, exact in rows
+    )
+
+
+def _finite(value: float) -> float:
+    return value if np.isfinite(value) else float("nan")
+
+
+CHART = layout(
+    "flutter_speed",
+    Value("friction_ratio", "own"),
+    Many(
+        "chart",
+        _needed,
+        layout=layout("speed_ratio speed proved_ratio exact_ratio certified"),
+        dim="point",
+    ),
+    "notes",
+)
+
+LAYOUTS = {"Onset": ONSET, "Chart": CHART}

@@ -16,13 +16,14 @@ from aeroflutter.guarantees.absence.search import Multipliers
 from aeroflutter.model.lure import LureFamily
 from aeroflutter.springs import Spring
 
-__all__ = ["Absence", "absence", "absence_at"]
+__all__ = ["Absence", "absence", "absence_at", "highest_sampled"]
 
 _SAMPLES = 400  # speeds at which the linear section is looked at
 _RESOLVED = 1e-4  # of the highest speed
 _BUDGET = 60.0  # seconds of the processor for each half of the search: hard cases take hours
 _BACK_OFF = (0.0, 1e-5, 1e-4, 1e-3, 1e-2)  # of a speed that the checker does not grant
 _DOWN_TO = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1)  # of the first piece's upper end
+_STARTS = (0.02, 0.04, 0.08, 0.16, 0.32, 0.5, 0.7)  # of the stable range
 _MOST_BOXES = 300_000  # a piece that takes more is made smaller
 _TRIES = 5  # cutting planes from the checker
 _NARROWEST = 1e-3  # a piece of this relative width is not halved again
@@ -91,17 +92,55 @@ def absence(family: LureFamily, spring: Spring) -> Absence:
     prover = _Prover(family, spring)
     stable = prover.stable_below()
     pieces = prover.first(stable)
-    if pieces:
-        pieces += prover.above(pieces[-1].high, stable)
+    low = pieces[-1].high if pieces else prover.start(stable)
+    if low is not None:
+        pieces += prover.above(low, stable)
     return prover.result(pieces, stable)
 
 
-def absence_at(family: LureFamily, spring: Spring, speed: float) -> Absence:
-    """Whether no motion can go on oscillating at one speed; as `absence`."""
+def absence_at(
+    family: LureFamily, spring: Spring, speed: float, seconds: float = _BUDGET
+) -> Absence:
+    """Whether no motion can go on oscillating at one speed; as `absence`.
+
+    The search ends after so many seconds of the processor with what it has.
+    """
     prover = _Prover(family, spring)
+    prover.multipliers.deadline = thread_time() + seconds
     stable = bool(prover.growth([speed])[0] < 0.0)
     piece = prover.piece(speed, speed) if stable else None
     return prover.result([] if piece is None else [piece], float("nan"))
+
+
+def highest_sampled(
+    family: LureFamily, spring: Spring, resolved: float = 1e-3, seconds: float = _BUDGET
+) -> float:
+    """The highest speed at which the search finds a multiplier: about where a proof would end.
+
+    Parameters
+    ----------
+    family, spring
+        As for `absence`.
+    resolved
+        How closely the speed is located, of the stable range.
+    seconds
+        Processor time after which the search takes what it has.
+
+    Returns
+    -------
+    float
+        U*; zero where nothing is found. It is sampled and proves nothing.
+
+    Raises
+    ------
+    Uncovered
+        As `absence`.
+    """
+    prover = _Prover(family, spring)
+    stable = prover.stable_below()
+    pieces = prover.first(stable)
+    low = pieces[-1].high if pieces else prover.start(stable)
+    return 0.0 if low is None else prover.top(low, stable, resolved, seconds)
 
 
 def load_checker() -> ModuleType | None:
@@ -204,9 +243,14 @@ class _Prover:
                     return [piece]
         return []
 
+    def start(self, stable: float) -> float | None:
+        """A low speed that is proved with terms, where none is without; None where none is."""
+        speeds = (share * stable for share in _STARTS)
+        return next((one for one in speeds if one > 0.0 and self.piece(one, one)), None)
+
     def above(self, low: float, stable: float) -> list[Piece]:
         """Pieces from a speed that is proved to the highest that can be."""
-        top = self._top(low, stable)
+        top = self.top(low, stable)
         for back in (0.5, 1.0, 2.0, 5.0, 20.0):
             high = top * (1.0 - back * _RESOLVED)
             if high <= low:
@@ -216,7 +260,9 @@ class _Prover:
                 return pieces
         return []
 
-    def _top(self, low: float, high: float) -> float:
+    def top(
+        self, low: float, high: float, resolved: float = _RESOLVED, seconds: float = _BUDGET
+    ) -> float:
         """The highest speed at which the program finds a multiplier, by false position."""
 
         def margin(speed: float) -> float:
@@ -228,8 +274,8 @@ class _Prover:
         first = margin(low)
         values = [first, -abs(first)]  # close to flutter the program is hard, so it is not asked
         step = 0
-        self.multipliers.deadline = thread_time() + _BUDGET
-        while ends[1] - ends[0] > _RESOLVED * high:
+        self.multipliers.deadline = thread_time() + seconds
+        while ends[1] - ends[0] > resolved * high:
             if self.multipliers.late:
                 self.given_up = ends[1]
                 break

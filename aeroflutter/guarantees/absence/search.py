@@ -11,7 +11,8 @@ here proves nothing: the condition is only sampled. `checker` proves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from time import thread_time
 
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from aeroflutter.guarantees.absence.certificate import Loop, Static
 from aeroflutter.model.lure import LureSystem
 
-__all__ = ["Found", "Multipliers"]
+__all__ = ["Found", "Multipliers", "Points", "choices", "longest_time", "summits", "tops"]
 
 Real = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -35,13 +36,15 @@ _LARGEST = 1e3  # Σ c of a static law, whose multipliers form a cone
 _ROUNDS = 40
 _KEPT = 3  # rows kept for each one that counts, the tightest; a hundred at least
 _MOST = 20.0  # Σ|c| looked for, however large ΔV/ΔH
+_RAW, _SHARE = 3, 0.5  # rounds after which solutions are averaged, as corners leap about, and how
+_NEGLIGIBLE = 1e-9  # a coefficient of this size is none
 _WORST = 120  # violated rows added at a time
 _WORTH_KEEPING = 0.8  # price of a column that stays in the program
 _LARGE = 300  # rows from which the interior-point method is the faster one
 _ITERATIONS, _SECONDS = 20_000, 15.0  # after which a program counts as unsolved
 _FARTHEST = 300.0  # frequency looked at
 _GOOD = 0.5  # of the margin of the program, kept between its rows
-_HELPS = 1e-4  # a column whose price is above its cost by this is worth having
+_HELPS = 1e-3  # a column whose price is above its cost by this is worth having
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +65,13 @@ class Found:
     bound: float
     lam: float
     terms: tuple[tuple[float, float], ...]
+
+    def towards(self, lam: float, terms: Iterable[tuple[float, float]], share: float) -> Found:
+        """A mean with another multiplier: it satisfies what both do."""
+        old, new = dict(self.terms), dict(terms)
+        mixed = {t: share * new.get(t, 0.0) + (1.0 - share) * old.get(t, 0.0) for t in {*new, *old}}
+        kept = sorted((t, c) for t, c in mixed.items() if abs(c) > _NEGLIGIBLE)
+        return replace(self, lam=share * lam + (1.0 - share) * self.lam, terms=tuple(kept))
 
 
 class Unsolved(Exception):
@@ -107,7 +117,7 @@ class Multipliers:
         """
         while True:
             try:
-                found = self._at(self._points(systems), _longest(systems, self.spring), good)
+                found = self._at(self.points(systems), longest_time(systems, self.spring), good)
             except Unsolved:
                 return Found(margin=-np.inf, bound=-np.inf, lam=0.0, terms=())
             needed = 1.1 * sum(abs(c) for _, c in found.terms) / max(found.lam, 1e-9)
@@ -120,24 +130,22 @@ class Multipliers:
         """Whether the deadline has passed."""
         return thread_time() > self.deadline
 
-    def _at(self, points: _Points, longest: float, good: float) -> Found:
+    def _at(self, points: Points, longest: float, good: float) -> Found:
         """The best multiplier on a set of points."""
-        candidates = np.linspace(0.0, longest, _FINE_TIMES + 1)[1:]
-        times = candidates[:: _FINE_TIMES // _TIMES]
+        candidates, times = choices(longest)
         if isinstance(self.spring, Static):
             candidates, times = (np.r_[-one[::-1], one] for one in (candidates, times))
         rows, times = points.nearest(self.omegas), np.union1d(self.times, times)
-        best = Found(margin=-np.inf, bound=np.inf, lam=0.0, terms=())
-        for _ in range(_ROUNDS):
+        best = mean = Found(margin=-np.inf, bound=np.inf, lam=0.0, terms=())
+        for i in range(_ROUNDS):
             program = _Program(self.spring, points, rows, times)
-            F = points.condition(program.lam, program.terms)
-            found = Found(
-                margin=-float(F.max()), bound=program.margin, lam=program.lam, terms=program.terms
-            )
-            best = max(best, found, key=lambda one: one.margin)
+            mean = mean.towards(program.lam, program.terms, 1.0 if i < _RAW else _SHARE)
+            F = points.condition(mean.lam, mean.terms)
+            mean = replace(mean, margin=-float(F.max()))
+            best = max(best, mean, key=lambda one: one.margin)
             more = points.peaks(F, -program.margin + 1e-3 * abs(program.margin))
             price = program.price(candidates)
-            columns = candidates[_tops(price) & (price > 1.0 + _HELPS)]
+            columns = candidates[tops(price) & (price > 1.0 + _HELPS)]
             if best.margin > good * max(program.margin, 0.0) or not (more.size or columns.size):
                 break
             if self.late:
@@ -152,12 +160,12 @@ class Multipliers:
 
     def passive(self, systems: Sequence[LureSystem], lam: float) -> bool:
         """Whether the condition holds without terms, as sampled."""
-        points = self._points(systems)
+        points = self.points(systems)
         return bool((points.p + lam * points.q).max() < 0.0)
 
-    def _points(self, systems: Sequence[LureSystem]) -> _Points:
+    def points(self, systems: Sequence[LureSystem]) -> Points:
         """Frequencies up to where λ alone decides, dense enough for the longest time."""
-        longest = _longest(systems, self.spring)
+        longest = longest_time(systems, self.spring)
         roots = np.concatenate([np.linalg.eigvals(_stiff(one, self.spring)) for one in systems])
         roots = roots[roots.imag > 0.0]
         around = roots.imag[:, None] + roots.real[:, None] * np.sinh(np.linspace(-6.0, 6.0, 100))
@@ -172,10 +180,10 @@ class Multipliers:
                 end * np.geomspace(1.0, 1e3, 60),
             )
         )
-        return _Points(systems, self.spring, np.unique(omega[omega > 0.0]))
+        return Points(systems, self.spring, np.unique(omega[omega > 0.0]))
 
 
-class _Points:
+class Points:
     """The condition at many frequencies of several systems, one after the other."""
 
     def __init__(self, systems: Sequence[LureSystem], spring: Loop | Static, omega: Real) -> None:
@@ -189,6 +197,13 @@ class _Points:
         self.size = omega.size
         self.p, self.q = response.imag / self.omega, response.real - 1.0
         self.loop = isinstance(spring, Loop)
+
+    def of(self, chosen: NDArray[np.bool_]) -> Points:
+        """Some of them, of one system."""
+        part = copy(self)
+        part.omega, part.p, part.q = self.omega[chosen], self.p[chosen], self.q[chosen]
+        part.size = part.omega.size
+        return part
 
     def kernel(self, at: Index | slice, times: Real) -> Real:
         """Columns k(ω, t) at some of the points, shape (points, times)."""
@@ -209,8 +224,8 @@ class _Points:
     def peaks(self, F: Real, above: float) -> Index:
         """Points of the local maxima of F above a level."""
         folded = F.reshape(-1, self.size)
-        tops = np.array([_tops(one) for one in folded]).ravel()
-        found = np.flatnonzero(tops & (above < F))
+        highest = np.array([tops(one) for one in folded]).ravel()
+        found = np.flatnonzero(highest & (above < F))
         return found[np.argsort(-F[found])[:_WORST]]
 
     def nearest(self, omegas: Real) -> Index:
@@ -225,7 +240,7 @@ class _Points:
 class _Program:
     """The linear program with some rows and columns, solved."""
 
-    def __init__(self, spring: Loop | Static, points: _Points, rows: Index, times: Real) -> None:
+    def __init__(self, spring: Loop | Static, points: Points, rows: Index, times: Real) -> None:
         from scipy.optimize import linprog
 
         loop = isinstance(spring, Loop)
@@ -271,10 +286,30 @@ class _Program:
         return np.asarray(np.abs(gain) if self._loop else gain) / self._cost
 
 
-def _tops(values: Real) -> NDArray[np.bool_]:
+def tops(values: Real) -> NDArray[np.bool_]:
     """Which values are local maxima."""
     before, after = np.r_[-np.inf, values[:-1]], np.r_[values[1:], -np.inf]
     return np.asarray((values > before) & (values >= after))
+
+
+def choices(longest: float) -> tuple[Real, Real]:
+    """Times to choose from, and some of them to begin with."""
+    candidates = np.linspace(0.0, longest, _FINE_TIMES + 1)[1:]
+    return candidates, candidates[:: _FINE_TIMES // _TIMES]
+
+
+def summits(omega: Real, F: Real) -> tuple[Real, Real]:
+    """Local maxima between samples, by parabolas through three of them, and both ends: ω, F."""
+    at = np.flatnonzero(tops(F)[1:-1]) + 1
+    x, y = omega[at + np.array([[-1], [0], [1]])], F[at + np.array([[-1], [0], [1]])]
+    left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
+    bend = np.minimum((right - left) / (x[2] - x[0]), -1e-300)
+    slope = (left * (x[2] - x[1]) + right * (x[1] - x[0])) / (x[2] - x[0])
+    move = np.clip(-0.5 * slope / bend, x[0] - x[1], x[2] - x[1])
+    most = 0.25 * (y[1] - y.min(axis=0))  # of a parabola; more where points nearly coincide
+    rise = np.clip(move * (slope + move * bend), 0.0, most)
+    ends = [0, -1]
+    return np.r_[omega[ends], x[1] + move], np.r_[F[ends], y[1] + rise]
 
 
 def _slopes(spring: Loop | Static) -> tuple[float, float]:
@@ -285,7 +320,7 @@ def _stiff(system: LureSystem, spring: Loop | Static) -> Real:
     return np.asarray(system.closed(_slopes(spring)[1]).real)
 
 
-def _longest(systems: Sequence[LureSystem], spring: Loop | Static) -> float:
+def longest_time(systems: Sequence[LureSystem], spring: Loop | Static) -> float:
     """The longest time tried."""
     roots = np.concatenate([np.linalg.eigvals(_stiff(one, spring)) for one in systems])
     swinging = np.abs(roots.imag[np.abs(roots.imag) > 1e-3 * np.abs(roots.real)])

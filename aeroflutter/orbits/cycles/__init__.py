@@ -2,7 +2,7 @@
 
 from aeroflutter import _former
 from aeroflutter.orbits.cycles.at import CyclesAt, cycles_at
-from aeroflutter.orbits.cycles.near import cycle_near
+from aeroflutter.orbits.cycles.near import cycle_near, family_near
 from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import (
     Bifurcation,
@@ -23,6 +23,7 @@ __all__ = [
     "LimitCycles",
     "cycle_near",
     "cycles_at",
+    "family_near",
     "limit_cycles",
 ]
 

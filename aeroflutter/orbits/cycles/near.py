@@ -1,4 +1,4 @@
-"""The exact cycle next to an approximate one that is known by its harmonics."""
+"""Exact cycles next to one that is known: by its harmonics, or with another spring."""
 
 from __future__ import annotations
 
@@ -8,17 +8,22 @@ from numpy.typing import NDArray
 from aeroflutter.model.lure import LureFamily
 from aeroflutter.orbits.cycles.loop import Loop
 from aeroflutter.orbits.cycles.measure import cycle_at
-from aeroflutter.orbits.cycles.result import Cycle
-from aeroflutter.orbits.cycles.search import Search
+from aeroflutter.orbits.cycles.options import CycleOptions
+from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
+from aeroflutter.orbits.cycles.search import Search, Seed
 from aeroflutter.orbits.cycles.seeds import converged
 from aeroflutter.springs import Spring
 
-__all__ = ["cycle_near"]
+__all__ = ["cycle_near", "family_near"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _SAMPLES = 4096
+_FURTHER = 6  # times that a family is followed on towards its lowest cycle
+_ABOUT = CycleOptions(
+    points=6, simulations=0, depth=0, max_states=12, speed_ratio_range=(1e-3, 10.0)
+)
 
 
 def cycle_near(family: LureFamily, spring: Spring, Y: Complex, omega: float, speed: float) -> Cycle:
@@ -48,6 +53,47 @@ def cycle_near(family: LureFamily, spring: Spring, Y: Complex, omega: float, spe
     z = _start(frame.loop, Y, omega, speed)
     shooting, q = converged(frame, z, 2 * np.pi / omega, speed, symmetric)
     return cycle_at(frame, shooting, q)
+
+
+def family_near(family: LureFamily, spring: Spring, known: LimitCycles) -> LimitCycles:
+    """A little of the family of cycles that known ones of a slightly different spring lead to.
+
+    Parameters
+    ----------
+    family, spring
+        The loop; the spring is piecewise linear.
+    known
+        Exact cycles of the same family of systems: what `limit_cycles` or this function found.
+
+    Returns
+    -------
+    LimitCycles
+        About the lowest cycle of the family, a few either way; empty where none was found.
+    """
+    found = _near(family, spring, known)
+    for _ in range(_FURTHER):
+        if found.onset is None or found.onset.kind != "edge":
+            break
+        lower = _near(family, spring, found)
+        if lower.onset is None or lower.onset.cycle.speed >= found.onset.cycle.speed:
+            break
+        found = lower
+    return found
+
+
+def _near(family: LureFamily, spring: Spring, known: LimitCycles) -> LimitCycles:
+    search = Search(family, spring, _ABOUT)
+    centre, memory = search.frame.centre, search.frame.loop.memory
+    lowest = [] if known.onset is None else [known.onset.cycle]
+    for cycle in (*lowest, *(one for one in known.cycles if one.family == lowest[0].family)):
+        z = cycle.state - centre.rest(family, cycle.speed)
+        z = np.append(z, cycle.memory - centre.memory) if memory else z
+        symmetric = cycle.symmetric and centre.odd
+        period = 2 * np.pi / cycle.omega
+        search.try_seed(Seed(z, period, cycle.speed, symmetric, "neighbour"))
+        if search.families:
+            break
+    return search.result()
 
 
 def _start(loop: Loop, Y: Complex, omega: float, speed: float) -> Array:

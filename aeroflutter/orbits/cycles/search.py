@@ -35,7 +35,7 @@ from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, de
 from aeroflutter.orbits.result import lowest
 from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
 
-__all__ = ["Search", "limit_cycles"]
+__all__ = ["Search", "Seed", "limit_cycles"]
 
 Array = NDArray[np.float64]
 Watch = Callable[[Cycle], None]
@@ -93,7 +93,7 @@ def limit_cycles(
 
 
 @dataclass(frozen=True)
-class _Seed:
+class Seed:
     """A guess of a cycle."""
 
     z: Array
@@ -198,15 +198,15 @@ class Search:
 
     # --- seeds ---------------------------------------------------------------------------------
 
-    def _describing_seeds(self) -> Iterator[_Seed]:
+    def _describing_seeds(self) -> Iterator[Seed]:
         loop = self.frame.loop
         for point in describing_points(self.frame, self.options):
             amplitude, bias, speed, k = point
             z = sinusoid(loop, amplitude, bias, speed, k)
             symmetric = self.frame.centre.odd and bias == 0.0
-            yield _Seed(z, 2 * np.pi / k, speed, symmetric, "describing function")
+            yield Seed(z, 2 * np.pi / k, speed, symmetric, "describing function")
 
-    def _simulated_seeds(self, speed: float | None) -> Iterator[_Seed]:
+    def _simulated_seeds(self, speed: float | None) -> Iterator[Seed]:
         """Where motions end that start anywhere, at speeds all over the range.
 
         The outer branch is neutral at the flutter speed itself: nothing settles there.
@@ -219,18 +219,18 @@ class Search:
             if self.frame.flutter is None or abs(ratio - 1.0) > _NEUTRAL:
                 yield from self.simulated(float(ratio * self.frame.reference), count)
 
-    def simulated(self, speed: float, count: int) -> Iterator[_Seed]:
+    def simulated(self, speed: float, count: int) -> Iterator[Seed]:
         """The attracting cycles at a speed that so many motions end on."""
         states = starts(self.frame, speed, count, self._rng)
         for z, period in end_seeds(self.frame, speed, states):
             about = mirrors(self.frame, z, period, speed) if self.frame.centre.odd else None
-            yield _Seed(
+            yield Seed(
                 z if about is None else about, period, speed, about is not None, "simulation"
             )
 
     # --- following -----------------------------------------------------------------------------
 
-    def try_seed(self, seed: _Seed) -> None:
+    def try_seed(self, seed: Seed) -> None:
         """Follow the family of a seed both ways, unless it is known or there is none."""
         self._seeds += 1
         try:
