@@ -114,3 +114,19 @@ def test_a_chart_needs_a_gap(capsys):
     code, printed = run(capsys, "run14", "--chart", "-1,0.5")
     assert code == 2
     assert "--chart" in printed.err
+
+
+def test_a_family_of_onsets(capsys, tmp_path):
+    """Damping moves what is proved up; one figure shows all members."""
+    figure = tmp_path / "v.png"
+    code, printed = run(
+        capsys, "run100", "--vary", "section.zeta_alpha=0,0.02", "--any-load", "--json",
+        "--plot", str(figure),
+    )  # fmt: skip
+    assert code == 0
+    low, high = json.loads(printed.out)["members"]
+    assert low["proved_free_below"]["speed_ratio"] < high["proved_free_below"]["speed_ratio"]
+    assert figure.stat().st_size > 0
+    code, printed = run(capsys, "run100", "--vary", "section.zeta_alpha=0,0.02", "--chart", "0.5")
+    assert code == 2
+    assert "--vary" in printed.err

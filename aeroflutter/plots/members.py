@@ -30,13 +30,17 @@ def plot_members(found: Members, title: str = "", *, si: bool = True) -> Figure:
     Parameters
     ----------
     found
-        Root loci, or cycles of one method.
+        Root loci, cycles of one method, or onsets.
     title
         Written above.
     si
         Airspeeds and frequencies in m/s and Hz, where all members have a scale.
     """
     si = si and all(one.case.scale is not None for one in found.members)
+    if hasattr(found.members[0].result, "free_below"):
+        from aeroflutter.plots.onset import plot_onsets
+
+        return plot_onsets(found, title, si=si)
     linear = hasattr(found.members[0].result, "roots")
     with look.style():
         figure, panels = look.figure(1, 3 if linear else 2, width=10.5 if linear else 9.4)

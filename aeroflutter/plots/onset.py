@@ -9,14 +9,18 @@ import numpy as np
 from aeroflutter.plots import style as look
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from aeroflutter.guarantees.chart import Chart
     from aeroflutter.guarantees.onset import Onset
     from aeroflutter.model.section import Scale
+    from aeroflutter.studies.vary import Members
 
-__all__ = ["plot_chart", "plot_onset", "shade_free"]
+__all__ = ["plot_chart", "plot_onset", "plot_onsets", "shade_free"]
 
 
 def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Figure:
@@ -34,6 +38,42 @@ def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Fi
             figure = plot_cycles(result.cycles, title, scale=scale)
             axes = figure.axes[0]
         shade_free(axes, result, scale)
+    return figure
+
+
+def plot_onsets(found: Members, title: str = "", *, si: bool = True) -> Figure:
+    """What is proved free, the lowest cycle and flutter against the key that varies."""
+    scales = [member.case.scale for member in found.members]
+    si = si and all(scale is not None for scale in scales)
+    flutters = [member.result.flutter_speed for member in found.members]
+    ratio = not si and None not in flutters
+    shown = [
+        look.Airspeed.of(flutter if ratio else None, scale if si else None)
+        for flutter, scale in zip(flutters, scales, strict=True)
+    ]
+    values = np.array([member.value for member in found.members])
+
+    def speeds(of: Callable[[Onset], float | None]) -> NDArray[np.float64]:
+        every = [of(member.result) for member in found.members]
+        return np.array(
+            [np.nan if u is None else u / one.unit for u, one in zip(every, shown, strict=True)]
+        )
+
+    proved = speeds(lambda one: one.free_below)
+    lowest = speeds(lambda one: None if one.lowest is None else one.lowest.cycle.speed)
+    with look.style():
+        figure, axes = look.figure(width=6.8, height=4.4)
+        axes.fill_between(values, 0.0, proved, color=look.GREEN, alpha=0.15, linewidth=0)
+        axes.plot(values, proved, ".-", color=look.GREEN, label="proved free below")
+        axes.plot(values, lowest, ".--", color=look.BLUE, label="lowest limit cycle")
+        ends = speeds(lambda one: one.flutter_speed)
+        axes.plot(values, ends, ":", color=look.GREY, label="linear flutter")
+        axes.set_ylim(bottom=0.0)
+        axes.set_xlabel(found.key)
+        axes.set_ylabel(shown[0].label)
+        axes.legend(loc="lower right")
+        if title:
+            look.headline(figure, title)
     return figure
 
 
