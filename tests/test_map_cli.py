@@ -218,8 +218,8 @@ def test_dead_workers_cost_their_blocks_only(whole, tmp_path: Path) -> None:
 
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path) -> None:
     store = tmp_path / "m.zarr"
-    words = command(SLOW[0], store, *SLOW[1:], "--workers", "2")
-    process = start(words)
+    endless = ("--speed-ratio", "0.12:0.99:14000", "--alpha-deg", "-15:15:30")
+    process = start(command("run100", store, *endless, "--workers", "2"))
     assert wait_for_blocks(process, store, 2)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)

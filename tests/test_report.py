@@ -303,8 +303,8 @@ def test_a_spring_without_pieces_has_no_exact_curve_and_says_so(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("words", "named"),
     [
-        (("-o", "report.pdf"), "--out report.pdf: must end in .html"),
-        (("-o", "nowhere/report.html"), "there is no folder nowhere"),
+        (("--out", "report.pdf"), "--out report.pdf: must end in .html"),
+        (("--out", "nowhere/report.html"), "there is no folder nowhere"),
         (("--speed-ratio", "1,0.9"), "--speed-ratio: must be ascending"),
         (("--speed-ratio", "0.1:1:200"), "3000 cells are more than the 1200"),
         (("--speed-ratio", "0.9,1", "--speed", "3,4"), "give one of the two"),
@@ -564,3 +564,18 @@ def test_it_prints(opened: Any) -> None:
     printed = base64.b64decode(opened.execute_cdp_cmd("Page.printToPDF", {})["data"])
     assert printed.startswith(b"%PDF")
     assert 2 <= len(re.findall(rb"/Type\s*/Page\b", printed)) <= 8
+
+
+def test_the_policy_keeps_foreign_scripts_and_the_network_out(opened: Any) -> None:
+    probe = """
+    const done = arguments[0];
+    window.foreign = false;
+    const script = document.createElement("script");
+    script.textContent = "window.foreign = true";
+    document.head.append(script);
+    fetch("http://127.0.0.1:9/").then(() => done("reached"), () => done(window.foreign));
+    """
+    assert opened.execute_async_script(probe) is False
+    refused = [entry["message"] for entry in opened.get_log("browser")]
+    assert len(refused) >= 2
+    assert all("Content Security Policy" in line for line in refused)

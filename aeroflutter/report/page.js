@@ -19,9 +19,7 @@ async function inflate(base64) {
 async function loadPlotly() {
   const element = byId("plotly");
   const script = document.createElement("script");
-  // The hint saves Chromium a second parse of most of it; elsewhere it is a comment.
-  script.textContent = "//# allFunctionsCalledOnLoad\n" +
-    new TextDecoder().decode(await inflate(element.textContent));
+  script.textContent = new TextDecoder().decode(await inflate(element.textContent));
   document.head.append(script);
   element.remove();
 }
