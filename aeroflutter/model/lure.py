@@ -446,6 +446,11 @@ def as_family(family: AnyFamily) -> Family:
     return _Matrices(cast("LureFamily", family)) if hasattr(family, "c") else family
 
 
+def as_lure(family: AnyFamily) -> LureFamily:
+    """A family of one output as vectors, whichever way it is written."""
+    return cast("LureFamily", family) if hasattr(family, "c") else SpringFamily(family)
+
+
 def static_stiffness(family: LureFamily) -> Real:
     """``1/G(0)`` at five speeds over the family's range: minus the load per unit of steady y."""
     speeds = np.linspace(*family.search_range, 5)

@@ -5,13 +5,15 @@ The method of a cycle is "describing" (a sinusoid), "harmonic" (harmonic balance
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.motion.swings import Swing
 from aeroflutter.orbits.spectrum import FOLD
 
 __all__ = [
@@ -31,12 +33,22 @@ __all__ = [
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+Swings = Callable[[], tuple[tuple[Swing, ...], tuple[Swing, ...]]]
+
 _NOWHERE = float("nan")
 EDGE, GRAZING, CORNER = "edge", "grazing", "corner"
 
 
 def _nothing() -> Complex:
     return np.empty(0, dtype=complex)
+
+
+def _no_outputs() -> Complex:
+    return np.empty((0, 0), dtype=complex)
+
+
+def _unmeasured() -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
+    return (), ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +60,9 @@ class Cycle:
     Y
         Harmonics 0 … H of y = Re Σ Y_k e^(jkωτ), (H+1,), radians. The first alone for a
         describing function; exact cycles carry a few, from where their state is.
+    outputs
+        The same of every spring's coordinate, (m, H+1), where there are several springs; else
+        empty.
     omega
         Reduced frequency k.
     speed
@@ -76,7 +91,9 @@ class Cycle:
         Largest difference between that point and where the exact flow brings it after one period,
         in units of each state's own size.
     switches
-        Number of switches of the spring a period.
+        Number of switches of the springs a period.
+    swings
+        Measures how far coordinates and springs move, when it is asked.
     """
 
     Y: Complex
@@ -96,6 +113,27 @@ class Cycle:
     memory: float = _NOWHERE
     closure: float = _NOWHERE
     switches: int = 0
+    outputs: Complex = field(default_factory=_no_outputs)
+    swings: Swings = field(default=_unmeasured, repr=False)
+
+    @property
+    def motions(self) -> Complex:
+        """Harmonics of every spring's coordinate, (m, H+1)."""
+        return self.outputs if self.outputs.size else self.Y[None]
+
+    @cached_property
+    def _swings(self) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
+        return self.swings()
+
+    @property
+    def coordinates(self) -> tuple[Swing, ...]:
+        """How far every named coordinate moves."""
+        return self._swings[0]
+
+    @property
+    def springs(self) -> tuple[Swing, ...]:
+        """How far every spring moves."""
+        return self._swings[1]
 
     @property
     def first_harmonic(self) -> float:

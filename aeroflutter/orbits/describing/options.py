@@ -8,7 +8,7 @@ import numpy as np
 
 from aeroflutter.errors import InputError
 from aeroflutter.limits import within
-from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.lure import AnyFamily
 from aeroflutter.springs import PiecewiseLinear, Spring
 from aeroflutter.springs.hysteresis import Hysteresis
 
@@ -77,7 +77,7 @@ class DescribingOptions:
             return self.amplitude_range
         return linear_limit(spring) or 0.01 * spring.scale, 100.0 * spring.scale
 
-    def speeds(self, family: LureFamily, flutter: float | None) -> tuple[float, float]:
+    def speeds(self, family: AnyFamily, flutter: float | None) -> tuple[float, float]:
         """Lowest and highest speed U*, within what the family covers."""
         low, high = family.search_range
         if flutter is not None:

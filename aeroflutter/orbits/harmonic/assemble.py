@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,8 @@ from aeroflutter.orbits.continuation import Event, State
 from aeroflutter.orbits.harmonic.balance import Balance
 from aeroflutter.orbits.harmonic.result import HarmonicBranch
 from aeroflutter.orbits.harmonic.stability import Stability
-from aeroflutter.orbits.harmonic.walk import CORNERS, Curve
+from aeroflutter.orbits.harmonic.swings import harmonic_swings
+from aeroflutter.orbits.harmonic.walk import Curve, is_corner
 from aeroflutter.orbits.result import (
     CORNER,
     EDGE,
@@ -43,9 +45,8 @@ def assemble(
     unit = flutter or np.nan
     truncation = np.array([balance.truncation(state.x) for state in curve.states])
     plain = [_measured(balance, state.x, unit, number) for state in curve.states]
-    answers = [balance.answer(state.x) for state in curve.states]
     first = np.array([cycle.first_harmonic for cycle in plain])
-    margin = np.array([answer.margin for answer in answers]) / first
+    margin = np.array([balance.margin(state.x) for state in curve.states]) / first
     multipliers, error, is_stable, certain = _stability(balance, curve.states, stability, margin)
     cycles = tuple(
         replace(cycle, multipliers=values, stable=bool(flag))
@@ -80,7 +81,7 @@ def assemble(
 def _measured(balance: Balance, x: Real, unit: float, number: int) -> Cycle:
     """The cycle of unknowns x with what is measured on its motion."""
     cycle = balance.unpack(x)
-    low, high = balance.answer(x).extremes
+    low, high = balance.answers(x)[0].extremes
     if balance.symmetric:  # but for round-off
         high = 0.5 * (high - low)
         low = -high
@@ -91,6 +92,7 @@ def _measured(balance: Balance, x: Real, unit: float, number: int) -> Cycle:
         bias=0.5 * (high + low),
         symmetric=balance.symmetric,
         family=number,
+        swings=partial(harmonic_swings, balance.family, cycle),
     )
 
 
@@ -105,7 +107,7 @@ def _stability(
 ) -> tuple[NDArray[np.complex128], Real, NDArray[np.bool_], NDArray[np.bool_]]:
     """Multipliers (m, n), their errors, stable and certain (m,)."""
     if stability is None:
-        m, n = len(states), balance.family.c.size
+        m, n = len(states), len(balance.family.state_names)
         no = np.zeros(m, dtype=bool)
         return np.full((m, n), np.nan + 0j), np.full(m, np.nan), no, no
     found = [stability.at(state.x) for state in states]
@@ -126,7 +128,7 @@ def _events(
 ) -> list[tuple[str, Cycle, int]]:
     """What happens along a curve, in order: kind, cycle, and the state before which it lies."""
     arclength = np.array([state.arclength for state in curve.states])
-    corners = [event.arclength for event in curve.events if event.name in CORNERS]
+    corners = [event.arclength for event in curve.events if is_corner(event.name)]
     found = []
     for event in sorted(curve.events, key=lambda event: event.arclength):
         kind = _kind(event, stability)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,17 +10,18 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_speed
-from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.lure import AnyFamily, LureFamily, as_family, as_lure
 from aeroflutter.orbits.continuation import ContinuationOptions, correct
 from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
 from aeroflutter.orbits.harmonic.assemble import assemble
 from aeroflutter.orbits.harmonic.balance import AMPLITUDE, FREQUENCY, SPEED, Balance, Cycle
+from aeroflutter.orbits.harmonic.channels import channels_of
 from aeroflutter.orbits.harmonic.options import HarmonicOptions
 from aeroflutter.orbits.harmonic.result import Bifurcation, HarmonicBranch
 from aeroflutter.orbits.harmonic.stability import Stability
 from aeroflutter.orbits.harmonic.walk import Curve, TooFewHarmonics, follow
 from aeroflutter.orbits.spectrum import test_functions
-from aeroflutter.springs import Spring, simplify
+from aeroflutter.springs import Spring, Springs, alone, each, simplify
 
 __all__ = ["continue_branch", "harmonic_balance", "harmonic_families", "solve_cycle", "sinusoid"]
 
@@ -34,15 +36,15 @@ _WALKED = 1e-7  # size of the last Newton update on a walk; its error is about t
 
 
 def harmonic_balance(
-    family: LureFamily, spring: Spring, options: HarmonicOptions | None = None
+    family: AnyFamily, spring: Springs, options: HarmonicOptions | None = None
 ) -> HarmonicBranch:
     """The family of cycles that the describing function meets at the lowest speed.
 
     Parameters
     ----------
-    family : LureFamily
-    spring : Spring
-        Any law; degenerate ones are simplified first.
+    family : Family or LureFamily
+    spring : Spring, or a sequence of them
+        Any law; degenerate ones are simplified first. Of several springs one an output.
     options : HarmonicOptions, optional
 
     Raises
@@ -63,8 +65,8 @@ def harmonic_balance(
 
 
 def harmonic_families(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     options: HarmonicOptions | None = None,
     *,
     most: int | None = None,
@@ -89,15 +91,10 @@ def harmonic_families(
     ConvergenceError
         If there is no cycle to start from, or no start converges.
     """
-    options, spring = options or HarmonicOptions(), simplify(spring)
-    curve = describing_curve(
-        family,
-        spring,
-        DescribingOptions(points=24, speed_ratio_range=options.speed_ratio_range),
-    )
+    options, spring = options or HarmonicOptions(), simple(spring)
     found: list[HarmonicBranch] = []
-    failures = list(curve.notes)
-    for number, symmetric, start in _starts(family, spring, curve, options):
+    starts, failures = _all_starts(family, spring, options)
+    for number, symmetric, start in starts:
         try:
             if any(_contains(family, spring, branch, start, symmetric) for branch in found):
                 continue
@@ -116,9 +113,26 @@ def harmonic_families(
     return tuple(found)
 
 
+def _all_starts(
+    family: AnyFamily, spring: Springs, options: HarmonicOptions
+) -> tuple[list[tuple[int, bool, Cycle]], list[str]]:
+    """Number, symmetry and start of every family that is known by sinusoids; what they note."""
+    if isinstance(spring, Sequence):
+        from aeroflutter.orbits.describing.several import joint_starts
+
+        return joint_starts(family, spring, options)
+    family = as_lure(family)
+    curve = describing_curve(
+        family,
+        spring,
+        DescribingOptions(points=24, speed_ratio_range=options.speed_ratio_range),
+    )
+    return _starts(family, spring, curve, options), list(curve.notes)
+
+
 def continue_branch(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     start: Cycle,
     options: HarmonicOptions | None = None,
     *,
@@ -140,14 +154,14 @@ def continue_branch(
     ConvergenceError
         If the start does not converge.
     """
-    options, spring = options or HarmonicOptions(), simplify(spring)
+    options, spring = options or HarmonicOptions(), simple(spring)
     if symmetric is None:
-        symmetric = spring.odd if options.symmetric is None else options.symmetric
+        symmetric = is_odd(spring) if options.symmetric is None else options.symmetric
     flutter = flutter_speed(family) if flutter is None else flutter
     count = options.harmonics or _enough(family, spring, start, options, symmetric, flutter)
     while True:
         last = options.harmonics is not None or count >= options.max_harmonics
-        balance = Balance(family, spring, count, symmetric)
+        balance = Balance(family, spring, count, symmetric, leading(family, spring, start))
         stability = Stability(balance) if options.stability else None
         try:
             curve = _follow(balance, start, options, stability, flutter, endless=last)
@@ -160,8 +174,8 @@ def continue_branch(
 
 
 def _enough(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     start: Cycle,
     options: HarmonicOptions,
     symmetric: bool,
@@ -170,7 +184,8 @@ def _enough(
     """Harmonics that should do, from a quick walk with few, corrected with more."""
     strides = replace(options, max_step=max(_STRIDE, options.max_step))
     count = min(_FIRST, options.max_harmonics)
-    balance = Balance(family, spring, count, symmetric)
+    lead = leading(family, spring, start)
+    balance = Balance(family, spring, count, symmetric, lead)
     curve = _follow(balance, start, strides, None, flutter, endless=True)
     points = [state.x for state in curve.states]
     steep = [abs(s.tangent[SPEED]) > abs(s.tangent[AMPLITUDE]) for s in curve.states]
@@ -183,7 +198,7 @@ def _enough(
             return count
         count = max(needed)
         cycles = [balance.unpack(x) for x in points]
-        balance = Balance(family, spring, count, symmetric)
+        balance = Balance(family, spring, count, symmetric, lead)
         points = [_held(balance, *pair) for pair in zip(cycles, held, strict=True)]
 
 
@@ -197,8 +212,8 @@ def _held(balance: Balance, cycle: Cycle, index: int) -> Real:
 
 
 def solve_cycle(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     guess: Cycle,
     *,
     hold: str = "speed",
@@ -217,14 +232,14 @@ def solve_cycle(
     ConvergenceError
         If Newton's method does not converge, or `max_harmonics` do not suffice.
     """
-    options, spring = options or HarmonicOptions(), simplify(spring)
+    options, spring = options or HarmonicOptions(), simple(spring)
     if hold not in ("speed", "amplitude"):
         raise InputError(f'hold: must be "speed" or "amplitude", not {hold!r}')
     if symmetric is None:
-        symmetric = spring.odd if options.symmetric is None else options.symmetric
+        symmetric = is_odd(spring) if options.symmetric is None else options.symmetric
     count = options.harmonics or min(_FIRST, options.max_harmonics)
     while True:
-        balance = Balance(family, spring, count, symmetric)
+        balance = Balance(family, spring, count, symmetric, leading(family, spring, guess))
         fixed = np.eye(balance.unknowns)[SPEED if hold == "speed" else AMPLITUDE]
         x, _ = correct(balance, balance.pack(guess), fixed, _NEWTON)
         guess = balance.unpack(x)
@@ -238,6 +253,25 @@ def solve_cycle(
                 guess,
             )
         count = min(options.max_harmonics, _more(count, truncation, options))
+
+
+def simple(spring: Springs) -> Spring | tuple[Spring, ...]:
+    """The springs with degenerate laws simplified; one alone is no sequence."""
+    return alone([simplify(one) for one in each(spring)])
+
+
+def is_odd(spring: Springs) -> bool:
+    """Whether all springs are odd, so that the mirror image of a cycle is one, too."""
+    return all(one.odd for one in each(spring))
+
+
+def leading(family: AnyFamily, spring: Springs, cycle: Cycle) -> int:
+    """The channel whose first harmonic is the largest, in units of its own size."""
+    springs = each(spring)
+    if len(springs) == 1:
+        return 0
+    firsts = [channel.springs[0] for channel in channels_of(as_family(family), springs)]
+    return int(np.argmax([abs(cycle.motions[i, 1]) / springs[i].scale for i in firsts]))
 
 
 def sinusoid(amplitude: float, bias: float, omega: float, speed: float) -> Cycle:
@@ -264,9 +298,9 @@ def _follow(
     x, _ = correct(balance, balance.pack(start), np.eye(balance.unknowns)[AMPLITUDE], _NEWTON)
     n = balance.unknowns
     lowest, highest, scale = np.full(n, -np.inf), np.full(n, np.inf), np.ones(n)
-    size = balance.spring.scale
-    lowest[AMPLITUDE] = np.log(min(0.01 * size, 0.9 * start.first_harmonic))
-    highest[AMPLITUDE] = np.log(max(options.largest * size, 1.1 * start.first_harmonic))
+    size, first = balance.spring.scale, float(np.exp(x[AMPLITUDE]))
+    lowest[AMPLITUDE] = np.log(min(0.01 * size, 0.9 * first))
+    highest[AMPLITUDE] = np.log(max(options.largest * size, 1.1 * first))
     lowest[SPEED], highest[SPEED] = np.log(unit * max(low, 1e-6)), np.log(unit * high)
     scale[SPEED], scale[FREQUENCY] = _SCALE_SPEED, _SCALE_SPEED
     walking = ContinuationOptions(
@@ -316,12 +350,13 @@ def _starts(
 
 
 def _contains(
-    family: LureFamily, spring: Spring, branch: HarmonicBranch, start: Cycle, symmetric: bool
+    family: AnyFamily, spring: Springs, branch: HarmonicBranch, start: Cycle, symmetric: bool
 ) -> bool:
     """Whether the cycle that a start leads to is already on a branch."""
     if branch.symmetric != symmetric:
         return False
-    balance = Balance(family, spring, branch.harmonics, symmetric)
+    lead = leading(family, spring, branch.cycles[0])
+    balance = Balance(family, spring, branch.harmonics, symmetric, lead)
     fixed = np.eye(balance.unknowns)[AMPLITUDE]
     x, _ = correct(balance, balance.pack(start), fixed, _NEWTON)
     points = np.array([balance.pack(cycle) for cycle in branch.cycles])
@@ -337,8 +372,8 @@ def _at_amplitude(points: Real, i: int, wanted: float) -> Real:
 
 
 def asymmetric_branch(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     branch: HarmonicBranch,
     bifurcation: Bifurcation,
     options: HarmonicOptions | None = None,
@@ -354,13 +389,13 @@ def asymmetric_branch(
     """
     if bifurcation.kind != "symmetry-breaking" or not branch.symmetric:
         raise InputError("bifurcation: needs a symmetry-breaking of a symmetric branch")
-    options, spring = options or HarmonicOptions(), simplify(spring)
+    options, spring = options or HarmonicOptions(), simple(spring)
     count = options.harmonics or branch.harmonics
-    balance = Balance(family, spring, count, symmetric=False)
+    lead = leading(family, spring, bifurcation.cycle)
+    balance = Balance(family, spring, count, symmetric=False, lead=lead)
     x = balance.pack(bifurcation.cycle)
-    even = np.isin(
-        np.concatenate((balance.ks[balance.rest], balance.ks[balance.oscillating])) % 2, 0
-    )
+    orders = np.concatenate((balance.orders[balance.rest], balance.orders[balance.oscillating]))
+    even = orders % 2 == 0
     J = balance.jacobian(x)[:, 1:-2][:, even]
     direction = np.zeros(x.size)
     direction[1:-2][even] = np.linalg.svd(J)[2][-1]

@@ -16,6 +16,7 @@ multipliers ν of the half-period map followed by the reflection have the square
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,8 +24,9 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.model.lure import LureFamily, LureSystem
+from aeroflutter.model.lure import AnyFamily, LureSystem, as_family
 from aeroflutter.orbits.harmonic.balance import Cycle
+from aeroflutter.orbits.harmonic.joint import monodromy
 from aeroflutter.orbits.harmonic.moment import Answer, Segmented, waveform
 
 __all__ = ["Multipliers", "multipliers"]
@@ -73,15 +75,17 @@ class Multipliers:
         return 2 * self.error * max(1.0, float(np.max(np.abs(self.half[1:3]))))
 
 
-def multipliers(family: LureFamily, cycle: Cycle, answer: Answer, symmetric: bool) -> Multipliers:
+def multipliers(
+    family: AnyFamily, cycle: Cycle, answer: Answer | Sequence[Answer], symmetric: bool
+) -> Multipliers:
     """Multipliers of a cycle.
 
     Parameters
     ----------
-    family : LureFamily
+    family : Family or LureFamily
     cycle : Cycle
-    answer : Answer
-        Of the spring to the cycle.
+    answer : Answer, or a sequence of them
+        Of the spring to the cycle, or of every spring.
     symmetric : bool
         Whether the cycle is half-wave symmetric.
 
@@ -90,18 +94,21 @@ def multipliers(family: LureFamily, cycle: Cycle, answer: Answer, symmetric: boo
     ConvergenceError
         If the monodromy overflows.
     """
-    system, fold = family.at(cycle.speed), 2 if symmetric else 1
+    answers = answer if isinstance(answer, Sequence) else (answer,)
+    system, fold = as_family(family).at(cycle.speed), 2 if symmetric else 1
     with np.errstate(over="ignore", invalid="ignore"):
-        if isinstance(answer, Segmented):
-            matrix = _by_segments(system, cycle.omega, answer, fold)
+        if len(answers) > 1:
+            matrix = monodromy(system, cycle.omega, answers, fold)
+        elif isinstance(answers[0], Segmented):
+            matrix = _by_segments(LureSystem.of(system), cycle.omega, answers[0], fold)
         else:
-            matrix = _by_steps(system, cycle.omega, answer, fold)
+            matrix = _by_steps(LureSystem.of(system), cycle.omega, answers[0], fold)
     if not np.all(np.isfinite(matrix)):
         raise ConvergenceError("the monodromy overflows")
     roots = np.asarray(np.linalg.eigvals(-matrix if symmetric else matrix), dtype=complex)
     trivial = int(np.argmin(np.abs(roots - 1.0)))
     others = np.delete(roots, trivial)
-    others = others[np.argsort(-np.abs(others), kind="stable")]
+    others = others[np.argsort(-np.abs(others), kind="stable")][: system.order - 1]
     basic = np.concatenate((roots[trivial : trivial + 1], others))
     error = float(abs(basic[0] - 1.0) * np.max(np.abs(others), initial=1.0))
     return Multipliers(basic**2, basic, error) if symmetric else Multipliers(basic, None, error)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.model.lure import integrates
+from aeroflutter.model.lure import SpringFamily, integrates
 from aeroflutter.orbits.continuation import Event
 from aeroflutter.orbits.harmonic.balance import Balance
 from aeroflutter.orbits.harmonic.monodromy import Multipliers, multipliers
@@ -31,15 +31,16 @@ class Stability:
     def __init__(self, balance: Balance) -> None:
         self.balance = balance
         self._known: dict[bytes, Multipliers] = {}
-        self._free_mean = integrates(balance.family)
+        several = len(balance.springs) > 1
+        self._free_mean = not several and integrates(SpringFamily(balance.family))
 
     def at(self, x: Real) -> Multipliers:
         """Multipliers of the cycle of unknowns x."""
         key = x.tobytes()
         if key not in self._known:
-            cycle, answer = self.balance.unpack(x), self.balance.answer(x)
+            cycle, answers = self.balance.unpack(x), self.balance.answers(x)
             self._known[key] = multipliers(
-                self.balance.family, cycle, answer, self.balance.symmetric
+                self.balance.family, cycle, answers, self.balance.symmetric
             )
         return self._known[key]
 

@@ -118,8 +118,7 @@ class _Side:
         """Take the states of a walk; the walk beyond, if it ends at a sharp corner."""
         offset = self.states[-1].arclength if self.states else 0.0
         for state in walk:
-            given = self.balance.answer(state.x)
-            if given.straight:
+            if self.balance.straight(state.x):
                 self.stop = "the motion stays on one straight piece of the spring"
                 break
             truncation = self.balance.truncation(state.x)
@@ -139,10 +138,10 @@ class _Side:
         The equations differ on either side of it: the tangent just beyond gives the direction,
         and only a walk whose cycles switch in another sequence has left.
         """
-        sequence = self.balance.answer(state.x).sequence
+        sequence = self.balance.sequence(state.x)
         for probe in _PROBES:
             beyond = state.x + probe * state.tangent
-            if self.balance.answer(beyond).sequence != sequence:
+            if self.balance.sequence(beyond) != sequence:
                 break
         else:
             return None
@@ -152,23 +151,38 @@ class _Side:
                 walk = self._walk(beyond + _LEAVE * direction, direction)
             except ConvergenceError:
                 continue
-            if self.balance.answer(walk.first.x).sequence != sequence:
+            if self.balance.sequence(walk.first.x) != sequence:
                 self.states[-1] = replace(state, corner=True)
                 self.events.append(Event(CORNERS[0], state.x, state.tangent, state.arclength, True))
                 return walk
         return None
 
 
+def is_corner(name: str) -> bool:
+    """Whether an event of a walk is one of the `kinks`."""
+    return name.partition(" of ")[0] in CORNERS
+
+
 def kinks(balance: Balance) -> dict[str, Test]:
-    """Where the equations have a corner: the slider turns back exactly at one of its stops."""
-    spring = balance.spring
-    if not isinstance(spring, Hysteresis):
-        return {}
+    """Where the equations have a corner: a slider turns back exactly at one of its stops."""
+    found: dict[str, Test] = {}
+    for i, spring in enumerate(balance.springs):
+        if isinstance(spring, Hysteresis):
+            behind = f" of spring {i + 1}" if len(balance.springs) > 1 else ""
+            tests = _stops(balance, i, spring)[: 1 if balance.symmetric else 2]
+            found |= {name + behind: test for name, test in zip(CORNERS, tests, strict=False)}
+    return found
+
+
+def _stops(balance: Balance, i: int, spring: Hysteresis) -> tuple[Test, Test]:
+    """How far y of spring i goes beyond the upper stop, and the lower one short of its own."""
 
     def top(x: Real, _: Real) -> float:
-        return (balance.answer(x).extremes[1] - spring.v1 - spring.h_high) / spring.scale
+        reach = balance.answers(x)[i].extremes[1] - spring.v1 - spring.h_high
+        return float(reach / spring.scale)
 
     def bottom(x: Real, _: Real) -> float:
-        return (balance.answer(x).extremes[0] - spring.v2 - spring.h_low) / spring.scale
+        reach = balance.answers(x)[i].extremes[0] - spring.v2 - spring.h_low
+        return float(reach / spring.scale)
 
-    return dict(zip(CORNERS, (top,) if balance.symmetric else (top, bottom), strict=False))
+    return top, bottom
