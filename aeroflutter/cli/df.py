@@ -78,8 +78,8 @@ def df(
             points=points,
         )
         if wanted is None:
-            return describing_curve(one.family(), one.spring, settings)
-        return describing_at(one.family(), one.spring, wanted * math.pi / 180, settings)
+            return describing_curve(*one.loop(), settings)
+        return describing_at(*one.loop(), wanted * math.pi / 180, settings)
 
     if vary.vary is not None:
         vary.deliver(loaded, "df", analyse, output, rows=lowest_rows)
@@ -107,7 +107,7 @@ def _guarantees(
     from aeroflutter.guarantees import cut, guarantees, guarantees_at
 
     if only is None and not single:
-        return guarantees(case.family(), case.spring, result)
+        return guarantees(*case.loop(), result)
     chosen = slice(None) if only is None else only
     points = {
         "amplitude": result.amplitude[chosen],
@@ -116,8 +116,9 @@ def _guarantees(
         "omega": result.k[chosen],
     }
     distortion = result.distortion[chosen]
-    found = guarantees_at(case.family(), case.spring, **points, distortion=distortion)
-    if single:
+    family, spring = case.loop()
+    found = guarantees_at(family, spring, **points, distortion=distortion)
+    if single and found.guaranteed.any():
         cut(case.family(), case.spring, found, **points, slope=result.slope[chosen])
     return found
 

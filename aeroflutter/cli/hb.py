@@ -87,7 +87,7 @@ def hb(
             max_step=max_step,
             step=min(0.02, max_step) if max_step > 0 else 0.02,
         )
-        found = harmonic_families(one.family(), one.spring, settings)
+        found = harmonic_families(*one.loop(), settings)
         return found + _asymmetric(one, found, settings) if asymmetric else found
 
     if vary.vary is not None:
@@ -122,7 +122,7 @@ def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Br
             if event.kind != "symmetry-breaking":
                 continue
             try:
-                found.append(asymmetric_branch(case.family(), case.spring, branch, event, settings))
+                found.append(asymmetric_branch(*case.loop(), branch, event, settings))
             except ConvergenceError as error:
                 print(f"aeroflutter: at {event.speed_ratio:.5g}: {error}", file=sys.stderr)
     return tuple(found)

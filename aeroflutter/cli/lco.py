@@ -102,7 +102,7 @@ def lco(
         if airspeed.given() is not None:
             raise InputError("--vary: excludes --speed-ratio, --speed and --velocity here")
         vary.deliver(
-            loaded, "lco", lambda one: limit_cycles(one.family(), one.spring, chosen(one)), output,
+            loaded, "lco", lambda one: limit_cycles(*one.loop(), chosen(one)), output,
             rows=lowest_rows,
         )  # fmt: skip
         return
@@ -110,7 +110,7 @@ def lco(
     drawn = overlays(
         loaded, plot=bool(output.plot), df=df, simulate=simulate, points_csv=points_csv
     )
-    family, spring = loaded.family(), loaded.spring
+    family, spring = loaded.loop()
     with counting("cycles") as tick:
         if at is None:
             result, here = limit_cycles(family, spring, settings, tick), None

@@ -102,14 +102,14 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
 def _flutter(case: Case) -> float | None:
     from aeroflutter.linear.rootlocus import flutter_speed
 
-    return flutter_speed(case.family())
+    return flutter_speed(case.loop()[0])
 
 
 def _describing(case: Case) -> Overlay:
     from aeroflutter.orbits.describing import describing_curve
     from aeroflutter.plots.cycles import Overlay
 
-    curve = describing_curve(case.family(), case.spring)
+    curve = describing_curve(*case.loop())
     return Overlay(
         "describing function", "curve", curve.speed, curve.amplitude, curve.stable, curve.family
     )
@@ -119,20 +119,26 @@ def _simulated(case: Case, speeds: NDArray[np.float64]) -> list[Overlay]:
     """How motions from several initial pitches end at each speed, by the exact engine."""
     import numpy as np
 
+    from aeroflutter.model.lure import as_family
     from aeroflutter.motion.endstates import EndOptions, end_states
     from aeroflutter.motion.flow import Flow
     from aeroflutter.motion.response import STATES
     from aeroflutter.plots.cycles import Overlay
+    from aeroflutter.springs import each
 
-    family, spring = case.family(), case.spring
-    pitches = sum(spring.span()) / 2 + spring.scale * np.geomspace(*_PITCHES, _MOTIONS)
-    c = family.c
+    family, springs = case.loop()[0], each(case.loop()[1])
+    C = as_family(family).stack(as_family(family).search_range[1])[2]
+    sizes = np.geomspace(*_PITCHES, _MOTIONS)[:, None]
+    scales = np.array([one.scale for one in springs])
+    y = 0.5 * np.array([sum(one.span()) for one in springs]) + scales * sizes
     found: dict[str, list[tuple[float, float]]] = {"lco": [], "aperiodic": []}
     for speed in speeds:
-        flow = Flow(family.at(float(speed)), [spring])
-        memory = flow.springs[0].initial_memory(pitches)
+        flow = Flow(family.at(float(speed)), springs)
+        memory = np.column_stack(
+            [one.initial_memory(at) for one, at in zip(flow.springs, y.T, strict=True)]
+        )
         ends = end_states(
-            flow, pitches[:, None] * c / (c @ c), memory, EndOptions(patience=10), share=True
+            flow, y @ np.linalg.pinv(C).T, memory, EndOptions(patience=10), share=True
         )
         for state, amplitude in zip(ends.state, ends.amplitude, strict=True):
             if STATES[state] in found:

@@ -19,8 +19,8 @@ from aeroflutter.guarantees.distortion import doubtful, expected_error
 from aeroflutter.guarantees.law import Law, Unfit, law_of
 from aeroflutter.guarantees.loop import highest_harmonic, sample_loop
 from aeroflutter.guarantees.region import Regions, find_regions
-from aeroflutter.model.lure import LureFamily
-from aeroflutter.springs import Cubic, Spring
+from aeroflutter.model.lure import AnyFamily, LureFamily, as_lure
+from aeroflutter.springs import Cubic, Springs, each
 
 if TYPE_CHECKING:
     from aeroflutter.orbits.describing import DescribingCurve
@@ -87,7 +87,7 @@ class Guarantees:
     doubtful: Flags
 
 
-def guarantees(family: LureFamily, spring: Spring, curve: DescribingCurve) -> Guarantees:
+def guarantees(family: AnyFamily, spring: Springs, curve: DescribingCurve) -> Guarantees:
     """The guarantee of every point of a describing function's curve.
 
     Parameters
@@ -113,8 +113,8 @@ def guarantees(family: LureFamily, spring: Spring, curve: DescribingCurve) -> Gu
 
 
 def guarantees_at(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     *,
     amplitude: ArrayLike,
     bias: ArrayLike,
@@ -138,6 +138,10 @@ def guarantees_at(
         for value in (amplitude, bias, speed, omega, distortion)
     )
     builder = _Builder(a.size, d)
+    if len(each(spring)) > 1:
+        builder.refuse(np.ones(a.size, dtype=bool), "there are several springs: bands are for one")
+        return builder.result()
+    family, spring = as_lure(family), each(spring)[0]
     try:
         law = law_of(family, spring)
     except Unfit as unfit:

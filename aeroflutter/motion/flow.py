@@ -104,6 +104,8 @@ class Trace(NamedTuple):
         Final z, (k,).
     states, memory
         Samples at i·duration/k, (k, n), and of the first spring's memory, (k,).
+    memories, moments
+        Samples of the memory and of the moment of every spring, (k, m).
     turns
         Extrema of the first output: time, y, +1 at a maximum and -1 at a minimum, (j, 3).
     events
@@ -115,6 +117,8 @@ class Trace(NamedTuple):
     memory: Array
     turns: Array
     events: Array
+    memories: Array
+    moments: Array
 
 
 def pieces_of(springs: Sequence[Spring]) -> list[PieceTable]:
@@ -444,6 +448,8 @@ class Flow:
             march.memory[:, 0],
             march.turns(),
             march.events(),
+            march.memory,
+            march.moments,
         )
 
     def rest(self, x: ArrayLike, memory: ArrayLike = 0.0) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +86,7 @@ class Cycle:
     method
         "describing", "harmonic" or "exact".
     state, memory
-        A point on an exact cycle, (n,), and the spring's memory there.
+        A point on an exact cycle, (n,), and the spring's memory there; of several springs (m,).
     closure
         Largest difference between that point and where the exact flow brings it after one period,
         in units of each state's own size.
@@ -110,7 +110,7 @@ class Cycle:
     family: int = 0
     method: str = "harmonic"
     state: Array = field(default_factory=lambda: np.empty(0))
-    memory: float = _NOWHERE
+    memory: Any = _NOWHERE
     closure: float = _NOWHERE
     switches: int = 0
     outputs: Complex = field(default_factory=_no_outputs)

@@ -22,6 +22,7 @@ from aeroflutter.results.schema import (
     rows,
     within,
 )  # fmt: skip
+from aeroflutter.results.swings import SWINGS, swing_lists
 
 if TYPE_CHECKING:
     from aeroflutter.guarantees import Guarantees
@@ -50,6 +51,7 @@ DF_FAMILY = layout(
 DF_POINT = layout(
     "amplitude bias speed speed_ratio k n_p n_q stable family distortion in_thesis_range",
     "rules_agree",
+    *swing_lists(lambda one: one._of.swings(one._at)[0], lambda one: one._of.swings(one._at)[1]),
 )
 DF_REST: tuple[str | Entry, ...] = (
     One("onset", layout=DF_ONSET),
@@ -228,6 +230,7 @@ HB_POINT = layout(
         lambda one: np.pad(one.cycles.Y, (0, one.top + 1 - one.cycles.Y.size)),
         key=None,
     ),
+    *swing_lists(lambda one: one.cycles.coordinates, lambda one: one.cycles.springs),
 )
 HB_EVENT = layout("kind speed=cycle.speed speed_ratio amplitude bias family")
 HB_FAMILY = layout(
@@ -254,6 +257,7 @@ CYCLE = layout(
     "symmetric continuum closure switches",
     *bulk("memory start=state"),
 )
+CYCLE_POINT = layout(*CYCLE.entries, *SWINGS)
 CYCLE_EVENT = layout(
     "kind",
     One("", "cycle", layout=CYCLE),
@@ -283,15 +287,15 @@ LIMIT_REST: tuple[str | Entry, ...] = (
     "speed_range notes",
 )
 LIMIT_CYCLES = layout(
-    "flutter_speed", Many("branch", "cycles", layout=CYCLE, dim="point"), *LIMIT_REST
+    "flutter_speed", Many("branch", "cycles", layout=CYCLE_POINT, dim="point"), *LIMIT_REST
 )
 CYCLES_AT = layout(
     "flutter_speed=branch.flutter_speed",
-    Many("branch", "cycles", layout=CYCLE, dim="point"),
+    Many("branch", "cycles", layout=CYCLE_POINT, dim="point"),
     One("", "branch", layout=layout(*LIMIT_REST)),
     Value("speed", label="at_speed"),
     Value("speed_ratio", label="at_speed_ratio"),
-    Many("cycles", layout=CYCLE, dim="point", label=None),
+    Many("cycles", layout=CYCLE_POINT, dim="point", label=None),
 )
 
 

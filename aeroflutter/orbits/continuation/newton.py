@@ -33,7 +33,8 @@ def correct(
     point = np.array(x, dtype=float)
     for iteration in range(1, options.max_newton + 1):
         update = _newton_update(problem, point, direction, scale)
-        size, unit = np.linalg.norm(update), 1.0 + np.linalg.norm(point / scale)
+        with np.errstate(over="ignore"):  # a step out of all bounds is no error of arithmetic
+            size, unit = np.linalg.norm(update), 1.0 + np.linalg.norm(point / scale)
         if not np.isfinite(size):
             break
         if size <= options.settled * unit:  # as it is: what is known there need not be found again

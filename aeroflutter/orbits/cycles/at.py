@@ -6,19 +6,19 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from aeroflutter.errors import InputError
-from aeroflutter.model.lure import FixedFamily, LureFamily, LureSystem
+from aeroflutter.model.family import FixedModel, Matrices
+from aeroflutter.model.lure import AnyFamily, FixedFamily, as_system
+from aeroflutter.model.system import System
 from aeroflutter.orbits.cycles.follow import LARGEST
 from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
 from aeroflutter.orbits.cycles.search import Search
-from aeroflutter.springs import Spring
+from aeroflutter.springs import Springs
 
 __all__ = ["CyclesAt", "cycles_at"]
-
-Array = NDArray[np.float64]
 
 _GAINS = (0.2, 5.0)  # over which the cycles of one system are followed
 _FAR = 2000.0  # amplitude followed, in units of the spring's scale: near U*_L cycles are large
@@ -45,8 +45,8 @@ class CyclesAt:
 
 
 def cycles_at(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speed: float,
     options: CycleOptions | None = None,
     watch: Callable[[Cycle], None] = lambda cycle: None,
@@ -82,9 +82,9 @@ def cycles_at(
     [(0.559484, False), (1.283152, True)]
     """
     options = options or CycleOptions()
-    fixed = isinstance(family, FixedFamily)
-    if isinstance(family, FixedFamily):
-        family, speed = _GainFamily(family.system), 1.0
+    fixed = isinstance(family, FixedFamily | FixedModel)
+    if isinstance(family, FixedFamily | FixedModel):
+        family, speed = _GainFamily(as_system(family.system)), 1.0
     low, high = family.search_range
     if not low <= speed <= high:
         raise InputError(f"speed: must lie between {low:g} and {high:g}, not {speed!r}")
@@ -120,13 +120,17 @@ def _too_large(search: Search, speed: float) -> Iterator[str]:
 
 @dataclass(frozen=True, eq=False)
 class _GainFamily:
-    """x' = A x - gain b F(c x): a family that passes through a fixed system at gain 1."""
+    """x' = A x - gain B F(C x) + d: a family that passes through a fixed system at gain 1."""
 
-    system: LureSystem
+    system: System
 
     @property
-    def c(self) -> Array:
-        return self.system.c
+    def names(self) -> tuple[str, ...]:
+        return self.system.names
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return self.system.units
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -136,14 +140,21 @@ class _GainFamily:
     def search_range(self) -> tuple[float, float]:
         return _GAINS
 
-    def at(self, speed: float) -> LureSystem:
-        return LureSystem(self.system.A, speed * self.system.b, self.c, self.state_names)
+    @property
+    def scale(self) -> None:
+        return None
 
-    def stack(self, speeds: ArrayLike) -> tuple[Array, Array]:
+    def at(self, speed: float) -> System:
+        return replace(self.system, B=speed * self.system.B)
+
+    def stack(self, speeds: ArrayLike) -> Matrices:
         gain = np.asarray(speeds, dtype=float)
-        n = self.system.order
-        return np.broadcast_to(self.system.A, (*gain.shape, n, n)), gain[..., None] * self.system.b
+        A, B, C, d = (
+            np.broadcast_to(part, (*gain.shape, *part.shape))
+            for part in (self.system.A, self.system.B, self.system.C, self.system.load)
+        )
+        return A, gain[..., None, None] * B, C, d
 
-    def derivative(self, speeds: ArrayLike) -> tuple[Array, Array]:
-        shape, n = np.shape(speeds), self.system.order
-        return np.zeros((*shape, n, n)), np.broadcast_to(self.system.b, (*shape, n))
+    def derivative(self, speeds: ArrayLike) -> Matrices:
+        A, _, C, d = (np.zeros(part.shape) for part in self.stack(speeds))
+        return A, np.broadcast_to(self.system.B, (*np.shape(speeds), *self.system.B.shape)), C, d

@@ -1,7 +1,7 @@
-"""A spring seen from its own centre, where that makes the whole loop odd.
+"""Springs seen from their own centres, where that makes the whole loop odd.
 
 If F(y_c + d) - F_c is odd in d and the system is at rest at (y_c, F_c) at every speed, that is
-y_c/G(0) + F_c = 0, then motion about that rest obeys the same system with the odd spring.
+y_c/G(0) + F_c = 0, then motion about that rest obeys the same system with the odd springs.
 """
 
 from __future__ import annotations
@@ -10,10 +10,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from aeroflutter.model.lure import LureFamily, static_stiffness
-from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, PiecewiseLinear, Table
+from aeroflutter.model.lure import AnyFamily, as_family, as_lure, static_stiffness
+from aeroflutter.model.system import inverse_transfer
+from aeroflutter.springs import (
+    Bilinear,
+    Freeplay,
+    Hysteresis,
+    PiecewiseLinear,
+    Spring,
+    Springs,
+    Table,
+    each,
+)
 
 __all__ = ["Centre", "centre", "static_state"]
 
@@ -24,65 +34,82 @@ _ROUND_OFF = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Centre:
-    """A spring moved to the origin.
+    """Springs moved to the origin.
 
     Attributes
     ----------
-    spring
-        The spring as seen from `pitch`; the original where the loop is not odd.
+    springs
+        The springs as seen from `pitch`; the originals where the loop is not odd.
     pitch
-        Where it was, radians.
+        Where each was, (s,), in the unit of its coordinate.
     memory
-        What its memory was there, radians.
+        What the memory of each was there, (s,).
     odd
         Whether the loop is odd about it.
     """
 
-    spring: PiecewiseLinear | Hysteresis
-    pitch: float
-    memory: float
+    springs: tuple[Spring, ...]
+    pitch: Array
+    memory: Array
     odd: bool
 
-    def rest(self, family: LureFamily, speed: float) -> Array:
+    def rest(self, family: AnyFamily, speed: float) -> Array:
         """State (n,) about which motion is described: zero, or the rest at `pitch`."""
-        if self.pitch == 0.0:
-            return np.zeros(family.c.size)
+        if not np.any(self.pitch):
+            return np.zeros(len(as_family(family).state_names))
         return static_state(family, speed, self.pitch)
 
 
-def static_state(family: LureFamily, speed: float, pitch: float) -> Array:
-    """State at rest with c x = `pitch`, whatever moment that takes, (n,)."""
-    A, b = family.stack(speed)
-    n = b.size
-    matrix = np.zeros((n + 1, n + 1))
-    matrix[:n, :n], matrix[:n, n], matrix[n, :n] = -A, b, family.c
-    return np.asarray(np.linalg.solve(matrix, np.append(np.zeros(n), pitch))[:n])
+def static_state(family: AnyFamily, speed: float, pitch: ArrayLike) -> Array:
+    """State at rest with C x = `pitch`, whatever moments that takes, (n,)."""
+    A, B, C, d = as_family(family).stack(speed)
+    n, m = B.shape
+    matrix = np.zeros((n + m, n + m))
+    matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = -A, B, C
+    right = np.concatenate((d, np.broadcast_to(np.asarray(pitch, dtype=float), (m,))))
+    if m > 1 and len(np.unique(C, axis=0)) < m:  # springs that share a coordinate share its moment
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0][:n])
+    return np.asarray(np.linalg.solve(matrix, right)[:n])
 
 
-def centre(family: LureFamily, spring: PiecewiseLinear | Hysteresis) -> Centre:
-    """The spring about its centre if the loop is odd about it, else as it is."""
-    moved = _moved(spring)
-    if moved is not None:
-        about, pitch, moment = moved
-        memory = pitch - moment
-        if about.odd and _rests(family, pitch, moment, spring.scale):
-            return Centre(about, pitch, memory if isinstance(spring, Hysteresis) else 0.0, True)
-    return Centre(spring, 0.0, 0.0, False)
+def centre(family: AnyFamily, spring: Springs) -> Centre:
+    """The springs about their centres if the loop is odd about them, else as they are."""
+    springs = each(spring)
+    moved = [found for one in springs if (found := _moved(one)) is not None]
+    if len(moved) == len(springs):
+        about, pitch, moment = zip(*moved, strict=True)
+        at, force = np.array(pitch), np.array(moment)
+        scales = np.array([one.scale for one in springs])
+        if all(one.odd for one in about) and _rests(family, at, force, scales):
+            held = [isinstance(one, Hysteresis) for one in springs]
+            return Centre(about, at, np.where(held, at - force, 0.0), True)
+    return Centre(springs, np.zeros(len(springs)), np.zeros(len(springs)), False)
 
 
-def _rests(family: LureFamily, pitch: float, moment: float, scale: float) -> bool:
-    if pitch == 0.0 and moment == 0.0:
-        return True
-    loads = static_stiffness(family) * pitch + moment
-    return bool(np.all(np.abs(loads) <= _ROUND_OFF * scale))
+def _rests(family: AnyFamily, pitch: Array, moment: Array, scales: Array) -> bool:
+    """Whether the springs' moments balance the loads at every speed."""
+    if not (np.any(pitch) or np.any(moment)):
+        return not np.any(as_family(family).stack(as_family(family).search_range[1])[3])
+    if pitch.size == 1:
+        loads = static_stiffness(as_lure(family))[:, None] * pitch + moment
+        return bool(np.all(np.abs(loads) <= _ROUND_OFF * scales))
+    whole = as_family(family)
+    speeds = np.linspace(*whole.search_range, 5)
+    A, B, C, d = whole.stack(speeds)
+    if np.any(d) or len(np.unique(C[0], axis=0)) < pitch.size:
+        return False
+    loads = inverse_transfer(A, B, C, np.zeros(5)).real @ pitch + moment
+    return bool(np.all(np.abs(loads) <= _ROUND_OFF * scales))
 
 
 def _moved(
-    spring: PiecewiseLinear | Hysteresis,
-) -> tuple[PiecewiseLinear | Hysteresis, float, float] | None:
+    spring: Spring,
+) -> tuple[Spring, float, float] | None:
     """The spring about the middle of its span, with pitch and moment there."""
     move = _MOVES.get(type(spring))
-    return None if move is None else move(spring)
+    if move is None:
+        return (spring, 0.0, 0.0) if spring.odd and spring.kind != "linear" else None
+    return move(spring)
 
 
 def _hysteresis(s: Hysteresis) -> tuple[Hysteresis, float, float]:

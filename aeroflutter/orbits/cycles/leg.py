@@ -82,12 +82,17 @@ class Leg:
         return self._stop(x) + self.shooting.shot(x).passage.switches
 
     def _stop(self, x: Array) -> Switches:
-        spring = self.frame.loop.spring
-        if not isinstance(spring, Hysteresis):
-            return ()
-        slack = _AT_STOP * spring.scale
-        above = x[-3] > spring.h_high - slack
-        return ((_STOP, int(above)),) if above or x[-3] < spring.h_low + slack else ()
+        loop = self.frame.loop
+        found: list[tuple[int, ...]] = []
+        for place, i in enumerate(loop.held):
+            spring, memory = loop.springs[i], x[loop.n + place]
+            if not isinstance(spring, Hysteresis):
+                continue
+            slack = _AT_STOP * spring.scale
+            above = memory > spring.h_high - slack
+            if above or memory < spring.h_low + slack:
+                found.append((_STOP - int(i), int(above)))
+        return tuple(found)
 
     def comes_back(self, old: Array, new: Array) -> bool:
         """Whether the curve passes a cycle of half the period between two points.
@@ -105,8 +110,11 @@ class Leg:
     def flat(self, x: Array, cycle: Cycle) -> bool:
         """Whether the start has become a bad place to start from."""
         phase = self.shooting.jacobian(x)[-1, :-2] @ self.shooting.shot(x).rate
-        order = 1 if self.shooting.loop.memory else 2
-        return bool(abs(phase) < _SLOPE * cycle.amplitude * cycle.k**order)
+        by = self.shooting.phase
+        size = cycle.amplitude
+        if by.lead:  # of the spring that tells
+            size = float(np.abs(cycle.outputs[by.lead, 1:]).max())
+        return bool(abs(phase) < _SLOPE * size * cycle.k ** (1 if by.memory else 2))
 
 
 def start_leg(
@@ -138,9 +146,7 @@ def start_leg(
     ConvergenceError
         If there is no cycle near q.
     """
-    q, along = anchored(shooting, q, along)
-    hold = float(q[-3]) if shooting.loop.memory else 0.0
-    shooting = Shooting(shooting.loop, shooting.symmetric, shooting.reference, hold)
+    shooting, q, along = anchored(shooting, q, along)
     sizes = sizes_of(shooting, trace_of(shooting, q))
     m = sizes.size
     low, high = np.full(m + 2, -np.inf), np.full(m + 2, np.inf)

@@ -1,6 +1,6 @@
-"""A family closed by a spring, as shooting sees it: the exact flow, speed by speed.
+"""A family closed by its springs, as shooting sees it: the exact flow, speed by speed.
 
-A point z holds the state and, for a spring with memory, the memory: z = (x,) or (x, h).
+A point z holds the state and the memory of every spring that has one: z = (x, h, …).
 """
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.model.lure import LureFamily, integrates
+from aeroflutter.model.family import Family
+from aeroflutter.model.lure import AnyFamily, SpringFamily, as_family, integrates
 from aeroflutter.motion import flow as exact
 from aeroflutter.motion.flow import Passage, Trace
-from aeroflutter.springs import Hysteresis, PiecewiseLinear
+from aeroflutter.springs import Spring, Springs, each
 
 __all__ = ["Flow", "Loop", "Passage", "Trace"]
 
@@ -26,64 +27,85 @@ class Flow:
 
     Parameters
     ----------
-    family, spring
+    family, springs
         What is closed by what.
     speed
         U*.
     """
 
-    def __init__(
-        self, family: LureFamily, spring: PiecewiseLinear | Hysteresis, speed: float
-    ) -> None:
-        self.A, self.b = family.stack(speed)
-        self.dA, self.db = family.derivative(speed)
+    def __init__(self, family: Family, springs: tuple[Spring, ...], speed: float) -> None:
+        system = exact.Matrices(*map(np.ascontiguousarray, family.stack(speed)))
+        self.A, self.B, self.C, self.d = system
+        self.dA, self.dB, _, _ = family.derivative(speed)
         if not np.all(np.isfinite(self.A)):
             raise ConvergenceError("the system is not finite at this speed")
-        system = exact.Matrices(self.A, self.b[:, None], family.c[None], np.zeros(self.b.size))
-        self.exact = exact.Flow(system, [spring], derivative=(self.dA, self.db[:, None]))
+        self.exact = exact.Flow(system, springs, derivative=(self.dA, self.dB))
         self.passage, self.trace = self.exact.passage, self.exact.trace
 
     def rate(self, z: Array) -> Array:
-        """z' at a point where the memory is at rest, (m,)."""
+        """z' at a point where the memories are at rest, (m,)."""
         rate = np.zeros(z.size)
         rate[: self.exact.n] = self.exact.rate(self._point(z))
         return rate
 
-    def moment(self, z: Array) -> tuple[float, float]:
-        """F at a point and its slope in y."""
-        point, piece = self._point(z), self.exact.pieces[0]
-        y = float(self.exact.C[0] @ point.x)
-        slope, offset, _, _ = piece.branch(y, float(point.memory[0]))
-        return slope * y + offset, slope
+    def moments(self, z: Array) -> tuple[Array, Array]:
+        """F of every spring at a point, and its slope in y."""
+        point = self._point(z)
+        y = self.exact.C @ point.x
+        branches = np.array(
+            [
+                piece.branch(float(at), float(memory))[:2]
+                for piece, at, memory in zip(self.exact.pieces, y, point.memory, strict=True)
+            ]
+        )
+        return branches[:, 0] * y + branches[:, 1], branches[:, 0]
 
     def _point(self, z: Array) -> exact.Point:
-        return self.exact.begin(
-            z[: self.exact.n], z[self.exact.n :] if z.size > self.exact.n else 0.0
-        )
+        memory = np.zeros(self.exact.m)
+        memory[self.exact.held] = z[self.exact.n :]
+        return self.exact.begin(z[: self.exact.n], memory)
 
 
 class Loop:
-    """A family of linear systems closed by a piecewise-linear spring.
+    """A family of linear systems closed by piecewise-linear springs.
 
     Attributes
     ----------
-    family, spring
+    family, springs
         What is closed by what.
+    C
+        Rows (s, n) of the springs' coordinates.
+    scales
+        Size of each spring, (s,).
     n, m
         Number of states; number of entries of z.
-    memory
-        Whether the spring has one.
+    held
+        Places of the springs that have a memory, in the order of z.
     integrates
-        Whether y can rest anywhere without a moment: 1/G(0) = 0 at every speed.
+        Whether y of a lone spring can rest anywhere without a moment: 1/G(0) = 0 at every speed.
     """
 
-    def __init__(self, family: LureFamily, spring: PiecewiseLinear | Hysteresis) -> None:
-        self.family, self.spring = family, spring
-        self.n = int(family.c.size)
-        self.memory = spring.piece_table().memory
-        self.m = self.n + self.memory
-        self.integrates = integrates(family)
+    def __init__(self, family: AnyFamily, spring: Springs) -> None:
+        self.family, self.springs = as_family(family), each(spring)
+        self.C = np.array(self.family.stack(self.family.search_range[1])[2])
+        self.scales = np.array([one.scale for one in self.springs])
+        self.n = int(self.C.shape[1])
+        memories = [one.piece_table().memory for one in self.springs]  # type: ignore[union-attr]
+        self.held = np.flatnonzero(memories)
+        self.m = self.n + self.held.size
+        alone = len(self.springs) == 1
+        self.integrates = alone and integrates(SpringFamily(self.family))
         self.at = lru_cache(maxsize=16)(self._at)
 
+    @property
+    def spring(self) -> Spring:
+        """The first of them."""
+        return self.springs[0]
+
+    @property
+    def memory(self) -> bool:
+        """Whether any has a memory."""
+        return self.held.size > 0
+
     def _at(self, speed: float) -> Flow:
-        return Flow(self.family, self.spring, speed)
+        return Flow(self.family, self.springs, speed)

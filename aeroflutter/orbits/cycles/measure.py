@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
+from aeroflutter.motion.swings import Swing, extremes, rows_of, swings_of
 from aeroflutter.orbits.cycles.centre import Centre
 from aeroflutter.orbits.cycles.loop import Loop, Trace
 from aeroflutter.orbits.cycles.result import Cycle
-from aeroflutter.orbits.cycles.shooting import Shooting
+from aeroflutter.orbits.cycles.shooting import Phase, Shooting
 from aeroflutter.orbits.cycles.spectrum import Spectra
 
 __all__ = ["Frame", "anchored", "cycle_at", "sizes_of", "switches_of", "trace_of"]
@@ -19,6 +21,8 @@ __all__ = ["Frame", "anchored", "cycle_at", "sizes_of", "switches_of", "trace_of
 Array = NDArray[np.float64]
 
 _SAMPLES = 512
+_FINE = 2048  # where extremes of every coordinate are looked for
+_SLIDES = 1e-6  # of a spring's size, that its memory moves where it is the one to lead
 _HARMONICS = 16  # of a cycle that are kept
 _MOVED = 1e-9  # of the spring's size, that the memory of a nonlinear cycle moves
 _FLOOR = 1e-6  # least size of a state, relative to the largest
@@ -56,10 +60,11 @@ def trace_of(shooting: Shooting, q: Array) -> Trace:
 
 
 def sizes_of(shooting: Shooting, trace: Trace) -> Array:
-    """Half the peak-to-peak of every state over a period; of y for the memory, (m,)."""
+    """Half the peak-to-peak of every state over a period; of its y for a memory, (m,)."""
     ranges = 0.5 * np.ptp(trace.states, axis=0)
     if shooting.loop.memory:
-        ranges = np.append(ranges, 0.5 * np.ptp(trace.states @ shooting.loop.family.c))
+        held = shooting.loop.C[shooting.loop.held]
+        ranges = np.append(ranges, 0.5 * np.ptp(trace.states @ held.T, axis=0))
     largest = float(ranges.max())
     if not (np.isfinite(largest) and largest > 0.0):
         raise ConvergenceError("the motion is at rest")
@@ -68,35 +73,53 @@ def sizes_of(shooting: Shooting, trace: Trace) -> Array:
 
 def anchored(
     shooting: Shooting, q: Array, tangent: Array | None = None
-) -> tuple[Array, Array | None]:
+) -> tuple[Shooting, Array, Array | None]:
     """The same cycle from the best place to start, and the tangent carried there.
 
     With memory that is the steepest fall of the moment through the middle of the loop; without,
-    the global maximum of y.
+    the global maximum of y. Of several springs the one leads whose memory moves most, or else
+    whose y does. The equations are told where the cycle starts, and what its memories are there.
     """
     z, period, speed = shooting.unpack(q)
     trace = trace_of(shooting, q)
-    time = _fall(shooting, trace, period) if shooting.loop.memory else _top(shooting, z, trace)
-    if time == 0.0:
-        return q, tangent
+    phase = _phase(shooting, trace)
+    time = _fall(shooting, trace, period, phase) if phase.memory else 0.0
+    if not phase.memory:
+        time = _top(shooting, z, trace, period, phase)
+    new = q
     flow = shooting.flow(q)
-    moved = flow.passage(z, time)
-    new = shooting.pack(moved.end, period, speed)
-    if tangent is None:
-        return new, None
+    if time != 0.0:
+        moved = flow.passage(z, time)
+        new = shooting.pack(moved.end, period, speed)
+    hold = new[shooting.loop.n : -2]
+    anchor = Shooting(shooting.loop, shooting.symmetric, shooting.reference, hold, phase)
+    if tangent is None or time == 0.0:
+        return anchor, new, tangent
     m = z.size
     carried = tangent.copy()
     carried[:m] = moved.jacobian @ np.append(tangent[:m], tangent[-1] * shooting.reference)
     # sliding along the orbit restores the phase condition
-    phase = shooting.jacobian(new)[-1]
+    gradient = anchor.jacobian(new)[-1]
     along = np.append(flow.rate(moved.end), [0.0, 0.0])
-    return new, carried - along * (phase @ carried) / (phase @ along)
+    return anchor, new, carried - along * (gradient @ carried) / (gradient @ along)
 
 
-def _fall(shooting: Shooting, trace: Trace, period: float) -> float:
+def _phase(shooting: Shooting, trace: Trace) -> Phase:
+    """Which spring leads."""
+    loop = shooting.loop
+    if len(loop.springs) == 1:
+        return Phase(0, loop.memory)
+    moved = np.ptp(trace.memories, axis=0) / loop.scales
+    if np.max(moved) > _SLIDES:
+        return Phase(int(np.argmax(moved)), True)
+    return Phase(int(np.argmax(np.ptp(trace.states @ loop.C.T, axis=0) / loop.scales)), False)
+
+
+def _fall(shooting: Shooting, trace: Trace, period: float, phase: Phase) -> float:
     """Time at which the moment falls fastest through the middle of the loop."""
-    spring = shooting.loop.spring
-    moment = trace.states @ shooting.loop.family.c - trace.memory - spring.v_off  # type: ignore[union-attr]
+    loop, lead = shooting.loop, phase.lead
+    middle = getattr(loop.springs[lead], "v_off", 0.0)
+    moment = trace.states @ loop.C[lead] - trace.memories[:, lead] - middle
     ahead = np.roll(moment, -1)
     falls = np.flatnonzero((moment > 0) & (ahead <= 0))
     if falls.size == 0:
@@ -106,21 +129,29 @@ def _fall(shooting: Shooting, trace: Trace, period: float) -> float:
     return float((first + fraction) * period / moment.size)
 
 
-def _top(shooting: Shooting, z: Array, trace: Trace) -> float:
+def _top(shooting: Shooting, z: Array, trace: Trace, period: float, phase: Phase) -> float:
     """Time of the global maximum of y."""
-    tops = trace.turns[trace.turns[:, 2] > 0]
-    start = float(shooting.loop.family.c @ z[: shooting.loop.n])
-    if tops.size == 0:
-        return 0.0
-    best = tops[np.argmax(tops[:, 1])]
-    amplitude = float(np.ptp(trace.states @ shooting.loop.family.c))
-    return 0.0 if best[1] <= start + 1e-9 * amplitude else float(best[0])
+    c = shooting.loop.C[phase.lead]
+    y, start = trace.states @ c, float(c @ z[: shooting.loop.n])
+    if phase.lead == 0:
+        tops = trace.turns[trace.turns[:, 2] > 0]
+        if tops.size == 0:
+            return 0.0
+        time, top = (float(value) for value in tops[np.argmax(tops[:, 1]), :2])
+    else:  # between samples by a parabola; Newton's method does the rest
+        i = int(np.argmax(y))
+        before, top, after = float(y[i - 1]), float(y[i]), float(y[(i + 1) % y.size])
+        bend = before - 2.0 * top + after
+        time = (i + (0.5 * (before - after) / bend if bend else 0.0)) * period / y.size
+        time %= period
+    return 0.0 if top <= start + 1e-9 * float(np.ptp(y)) else time
 
 
 def switches_of(loop: Loop, trace: Trace) -> int:
-    """Number of switches; none where the memory hardly moves: round-off can touch a stop."""
-    moved = not loop.memory or np.ptp(trace.memory) > _MOVED * loop.spring.scale
-    return int(trace.events.shape[0]) if moved else 0
+    """Number of switches; none where a memory hardly moves: round-off can touch a stop."""
+    moves = np.ptp(trace.memories, axis=0) > _MOVED * loop.scales
+    moves[np.setdiff1d(np.arange(moves.size), loop.held)] = True
+    return int(np.count_nonzero(moves[trace.events[:, 5].astype(int)]))
 
 
 def cycle_at(frame: Frame, shooting: Shooting, q: Array, spectra: Spectra | None = None) -> Cycle:
@@ -129,26 +160,48 @@ def cycle_at(frame: Frame, shooting: Shooting, q: Array, spectra: Spectra | None
     loop, centre = frame.loop, frame.centre
     trace = trace_of(shooting, q)
     sizes = sizes_of(shooting, trace)
-    y = trace.states @ loop.family.c
-    high = max(float(y.max()), float(np.max(trace.turns[:, 1], initial=-np.inf)))
-    low = min(float(y.min()), float(np.min(trace.turns[:, 1], initial=np.inf)))
+    y = trace.states @ loop.C.T
+    high = max(float(y[:, 0].max()), float(np.max(trace.turns[:, 1], initial=-np.inf)))
+    low = min(float(y[:, 0].min()), float(np.min(trace.turns[:, 1], initial=np.inf)))
     spec = (spectra or Spectra(shooting, sizes))(q)
-    Y = 2 * np.fft.rfft(y)[:_HARMONICS] / y.size
-    Y[0] = 0.5 * Y[0].real + centre.pitch
+    Y = (2 * np.fft.rfft(y, axis=0)[:_HARMONICS] / len(y)).T
+    Y[:, 0] = 0.5 * Y[:, 0].real + centre.pitch
+    memory = centre.memory.copy()
+    memory[loop.held] += z[loop.n :]
+    state = z[: loop.n] + centre.rest(loop.family, speed)
+    alone = len(loop.springs) == 1
     return Cycle(
-        Y,
+        Y[0],
         2 * np.pi / period,
         speed,
         method="exact",
         speed_ratio=speed / frame.flutter if frame.flutter else float("nan"),
         amplitude=0.5 * (high - low),
-        bias=0.5 * (high + low) + centre.pitch,
+        bias=0.5 * (high + low) + float(centre.pitch[0]),
         multipliers=spec.multipliers,
         stable=spec.stable,
         symmetric=shooting.symmetric,
         continuum=spec.drift is not None,
-        state=z[: loop.n] + centre.rest(loop.family, speed),
-        memory=(float(z[loop.n]) if loop.memory else 0.0) + centre.memory,
+        state=state,
+        memory=float(memory[0]) if alone else memory,
         closure=float(np.max(np.abs(trace.end - z) / sizes)),
         switches=switches_of(loop, trace),
+        outputs=Y[:0] if alone else Y,
+        swings=partial(_swings, frame, z, period, speed),
     )
+
+
+def _swings(
+    frame: Frame, z: Array, period: float, speed: float
+) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
+    """How far every coordinate and every spring moves, from the cycle marched once more."""
+    loop, flow = frame.loop, frame.loop.at(speed)
+    trace = flow.trace(z, period, _FINE)
+    rates = trace.states @ flow.A.T - trace.moments @ flow.B.T + flow.d
+    states, rates = (np.concatenate((part, part[:1])) for part in (trace.states, rates))
+    system = loop.family.at(speed)
+    rows = rows_of(system)
+    low, high = extremes(states, rates, period / _FINE, rows)
+    rest = rows @ frame.centre.rest(loop.family, speed)
+    coordinates, springs = swings_of(system, low + rest, high + rest)
+    return tuple(coordinates), tuple(springs)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_point
-from aeroflutter.model.lure import FixedFamily, LureFamily
+from aeroflutter.model.family import FixedModel
+from aeroflutter.model.lure import AnyFamily, FixedFamily, as_lure, reduced
 from aeroflutter.orbits.cycles.assemble import Family, assemble
 from aeroflutter.orbits.cycles.centre import centre
 from aeroflutter.orbits.cycles.follow import (
@@ -28,12 +29,27 @@ from aeroflutter.orbits.cycles.loop import Loop
 from aeroflutter.orbits.cycles.measure import Frame, cycle_at
 from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
-from aeroflutter.orbits.cycles.seeds import converged, end_seeds, mirrors, sinusoid, starts
+from aeroflutter.orbits.cycles.seeds import (
+    converged,
+    end_seeds,
+    mirrors,
+    point_of,
+    sinusoid,
+    starts,
+)
 from aeroflutter.orbits.cycles.shooting import Shooting
 from aeroflutter.orbits.cycles.spectrum import critical_vector
 from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
 from aeroflutter.orbits.result import lowest
-from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
+from aeroflutter.springs import (
+    Hysteresis,
+    Linear,
+    PiecewiseLinear,
+    Spring,
+    Springs,
+    each,
+    simplify,
+)
 
 __all__ = ["Search", "Seed", "limit_cycles"]
 
@@ -51,12 +67,12 @@ _THERE = 4  # times as many motions at a speed that is asked for
 
 
 def limit_cycles(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     options: CycleOptions | None = None,
     watch: Watch = lambda cycle: None,
 ) -> LimitCycles:
-    """Every limit cycle of a loop with a piecewise-linear spring, against speed.
+    """Every limit cycle of a loop with piecewise-linear springs, against speed.
 
     Parameters
     ----------
@@ -64,7 +80,7 @@ def limit_cycles(
         The linear system at every speed.
     spring
         The restoring moment: table, bilinear, freeplay or hysteresis; degenerate laws are
-        simplified first.
+        simplified first. Of several springs a sequence, one an output.
     options
         Where to look, and how closely.
     watch
@@ -83,7 +99,7 @@ def limit_cycles(
     >>> round(result.onset.cycle.speed_ratio, 8), result.onset.kind
     (0.92151328, 'fold')
     """
-    if isinstance(family, FixedFamily):
+    if isinstance(family, FixedFamily | FixedModel):
         raise InputError(
             "family: does not depend on speed, so there is no branch over it; use cycles_at"
         )
@@ -108,8 +124,8 @@ class Search:
 
     def __init__(
         self,
-        family: LureFamily,
-        spring: Spring,
+        family: AnyFamily,
+        spring: Springs,
         options: CycleOptions | None = None,
         watch: Watch = lambda cycle: None,
     ) -> None:
@@ -120,12 +136,13 @@ class Search:
         self._seeds = self._astray = 0
         self._rng = np.random.default_rng(0)  # one search is like another
         self._entered: set[tuple[float, float]] = set()
-        simple = _piecewise(spring)
+        family, simple = reduced(family, [_piecewise(one) for one in each(spring)])
         point = flutter_point(family)
         about = centre(family, simple)
+        self.family = family
         flutter = None if point is None else point.speed
         self.frame = Frame(
-            loop=Loop(family, about.spring),
+            loop=Loop(family, about.springs),
             centre=about,
             flutter=flutter,
             reference=flutter or family.search_range[1],
@@ -134,8 +151,12 @@ class Search:
 
     @property
     def largest(self) -> float:
-        """Largest amplitude followed, radians."""
+        """Largest amplitude followed, in the unit of the first spring."""
         return self.options.largest * self.frame.loop.spring.scale
+
+    @property
+    def _linear(self) -> bool:
+        return all(isinstance(one, Linear) for one in self.frame.loop.springs)
 
     def run(self, speed: float | None = None) -> None:
         """Follow every family that a seed leads to, then what branches from them.
@@ -145,7 +166,7 @@ class Search:
         speed
             Speed U* at which the exact engine is to look for cycles as well.
         """
-        if isinstance(self.frame.loop.spring, Linear):
+        if self._linear:
             self.notes.append("the spring is linear: it has no limit cycles")
             return
         for seed in self._describing_seeds():
@@ -192,7 +213,7 @@ class Search:
                 yield _left_out(family)
 
     def _empty(self) -> list[str]:
-        if self.families or isinstance(self.frame.loop.spring, Linear):
+        if self.families or self._linear:
             return []
         return [f"no limit cycle was found: {self._seeds} starts led to none"]
 
@@ -200,11 +221,28 @@ class Search:
 
     def _describing_seeds(self) -> Iterator[Seed]:
         loop = self.frame.loop
+        if len(loop.springs) > 1:
+            yield from self._joint_seeds()
+            return
         for point in describing_points(self.frame, self.options):
             amplitude, bias, speed, k = point
             z = sinusoid(loop, amplitude, bias, speed, k)
             symmetric = self.frame.centre.odd and bias == 0.0
             yield Seed(z, 2 * np.pi / k, speed, symmetric, "describing function")
+
+    def _joint_seeds(self) -> Iterator[Seed]:
+        """Cycles of the sinusoids of all springs, the least distorted of each family first."""
+        from aeroflutter.orbits.describing.several import joint_families
+
+        loop = self.frame.loop
+        settings = DescribingOptions(speed_ratio_range=self.options.speed_ratio_range)
+        for one in joint_families(loop.family, loop.springs, settings, self.options.largest):
+            states = one.curve.states[:: max(1, len(one.curve.states) // _DF_POINTS)]
+            for state in sorted(states, key=lambda state: one.balance.truncation(state.x)):
+                cycle = one.balance.unpack(state.x)
+                z = point_of(loop, cycle.motions, cycle.omega, cycle.speed)
+                symmetric = self.frame.centre.odd and one.balance.symmetric
+                yield Seed(z, cycle.period, cycle.speed, symmetric, "describing function")
 
     def _simulated_seeds(self, speed: float | None) -> Iterator[Seed]:
         """Where motions end that start anywhere, at speeds all over the range.
@@ -440,4 +478,4 @@ def _describing(frame: Frame, options: CycleOptions) -> DescribingCurve:
         scan_amplitudes=8,
         scan_speeds=60,
     )
-    return describing_curve(frame.loop.family, frame.loop.spring, settings)
+    return describing_curve(as_lure(frame.loop.family), frame.loop.spring, settings)

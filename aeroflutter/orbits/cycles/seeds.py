@@ -15,17 +15,19 @@ from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Loop
 from aeroflutter.orbits.cycles.measure import Frame, anchored, sizes_of, switches_of, trace_of
 from aeroflutter.orbits.cycles.shooting import Shooting
-from aeroflutter.springs import Hysteresis
+from aeroflutter.springs import Hysteresis, respond
 
-__all__ = ["converged", "end_seeds", "mirrors", "sinusoid", "starts"]
+__all__ = ["converged", "end_seeds", "mirrors", "point_of", "sinusoid", "starts"]
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 _WHOLE = 1e-6  # relative difference below which a fraction of the period is a period
 _FRACTIONS = (2, 3, 5, 7)
 _SHORTEST = 1e-3  # of the guess's period: what returns sooner still does not move
 _MIRROR = 1e-5  # relative difference below which a simulated motion mirrors itself
 _SAMPLES = 256
+_WAVE = 4096  # of a motion that is known by its harmonics
 _SIZES = (0.3, 12.0)  # of motions that are simulated, in units of the spring's scale
 _PATIENCE = 200.0  # longest of them, in periods of linear flutter
 _SEEN = 1e-6  # least pitch of a mode of unit size that is started in
@@ -44,9 +46,9 @@ def sinusoid(loop: Loop, amplitude: float, bias: float, speed: float, k: float) 
     amplitude, bias, speed, k
         A cycle by the describing function.
     """
-    A, b = loop.family.stack(speed)
+    A, B, _, _ = loop.family.stack(speed)
     N = complex(loop.spring.describing(amplitude, bias).N)
-    wave = np.linalg.solve(1j * k * np.eye(loop.n) - A, -b * N * amplitude)
+    wave = np.linalg.solve(1j * k * np.eye(loop.n) - A, -B[:, 0] * N * amplitude)
     angle, memory = _start(loop, amplitude, bias)
     x = static_state(loop.family, speed, bias) + (wave * np.exp(1j * angle)).real
     return np.append(x, memory) if loop.memory else x
@@ -61,26 +63,74 @@ def _start(loop: Loop, amplitude: float, bias: float) -> tuple[float, float]:
     return float(np.arccos(np.clip((memory + spring.v_off - bias) / amplitude, -1, 1))), memory
 
 
+def point_of(loop: Loop, Y: Complex, omega: float, speed: float) -> Array:
+    """A point z of a motion whose outputs are known by their harmonics (s, H+1).
+
+    With one spring where shooting likes to start: at the top of y or, with memory, where the moment
+    falls through the middle of the loop.
+    """
+    A, B, C, d = loop.family.stack(speed)
+    n, m = B.shape
+    ks = np.arange(Y.shape[1])
+    # C x = Y_k and the moments F_k that it takes, harmonic by harmonic
+    matrix: Complex = np.zeros((ks.size, n + m, n + m), dtype=np.complex128)
+    matrix[:, :n, :n] = 1j * ks[:, None, None] * omega * np.eye(n) - A
+    matrix[:, :n, n:], matrix[:, n:, :n] = B, C
+    right: Complex = np.zeros((ks.size, n + m, 1), dtype=np.complex128)
+    right[0, :n, 0], right[:, n:, 0] = d, Y.T
+    motion = _solved(matrix, right)[..., 0]
+    theta = 2 * np.pi * np.arange(_WAVE) / _WAVE
+    wave = np.exp(1j * np.outer(theta, ks))
+    y = (wave @ Y.T).real
+    at = int(np.argmax(y[:, 0]))
+    if m == 1 and loop.memory:
+        moment = (wave @ motion[:, n]).real
+        middle = getattr(loop.spring, "v_off", 0.0)
+        after = np.roll(moment, -1)
+        falls = np.flatnonzero((moment > middle) & (after <= middle))
+        at = int(falls[np.argmin((after - moment)[falls])])
+    here = (wave[at] @ motion).real
+    if m == 1:
+        return np.append(here[:n], loop.C[0] @ here[:n] - here[n]) if loop.memory else here[:n]
+    held = [respond(loop.springs[i], np.tile(y[:, i], 2))[1][_WAVE + at] for i in loop.held]
+    return np.append(here[:n], held)
+
+
+def _solved(matrix: Complex, right: Complex) -> Complex:
+    """Solutions where there is one, the least where springs share a coordinate."""
+    try:
+        found: Complex = np.asarray(np.linalg.solve(matrix, right), dtype=np.complex128)
+        if np.all(np.abs(found) < 1e12 * max(float(np.max(np.abs(right))), 1e-300)):
+            return found
+    except np.linalg.LinAlgError:
+        pass
+    return np.asarray(np.linalg.pinv(matrix) @ right)
+
+
 def starts(frame: Frame, speed: float, count: int, rng: np.random.Generator) -> Array:
     """Initial states about the centre, (count, n), sizes spread evenly over `_SIZES`.
 
     One in three is at rest at some y; the others move in the modes that the loop has with a spring
     of unit slope, at any phases. Basins that no start at rest lies in are reached that way.
     """
-    loop, c = frame.loop, frame.loop.family.c
-    low, high = np.log(loop.spring.scale * np.array(_SIZES))
+    loop, C = frame.loop, frame.loop.C
+    low, high = np.log(_SIZES)
     sizes = np.exp(low + (high - low) * rng.permutation((np.arange(count) + 0.5) / count))
     still = np.arange(count) % 3 == 0
-    A, b = loop.family.stack(speed)
-    values, modes = np.linalg.eig(A - np.outer(b, c))
-    modes = modes[:, (values.imag > 0) & (np.abs(c @ modes) > _SEEN)]
-    modes = modes / (c @ modes)
+    A, B, _, _ = loop.family.stack(speed)
+    values, modes = np.linalg.eig(A - B @ C)
+    seen = np.max(np.abs(C @ modes) / loop.scales[:, None], axis=0)  # in units of each spring
+    modes = modes[:, (values.imag > 0) & (seen * loop.scales.min() > _SEEN)]
+    outputs = C @ modes / loop.scales[:, None]
+    lead = np.argmax(np.abs(outputs), axis=0)
+    modes = modes / outputs[lead, np.arange(lead.size)]
     shape = count, modes.shape[1]
     weights = rng.random(shape) * np.exp(2j * np.pi * rng.random(shape))
-    sides = np.where(rng.random(count) < 0.5, -1.0, 1.0)
-    rest = np.outer(sides, c) / (c @ c)
+    sides = np.where(rng.random((count, len(loop.springs))) < 0.5, -1.0, 1.0)
+    pick = np.linalg.pinv(C).T
+    rest = (sides * loop.scales) @ pick
     moving = (weights @ modes.T).real
-    middle = 0.5 * sum(loop.spring.span()) * c / (c @ c)
+    middle = np.array([0.5 * sum(one.span()) for one in loop.springs]) @ pick
     return np.asarray(middle + sizes[:, None] * np.where(still[:, None], rest, moving))
 
 
@@ -93,13 +143,17 @@ def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array
         Where the motions start, about the centre.
     """
     loop = frame.loop
-    flow = Flow(loop.family.at(speed), [loop.spring])
-    memory = loop.spring.initial_memory(states @ loop.family.c)
+    flow = Flow(loop.family.at(speed), loop.springs)
+    y = (states @ loop.C.T).T
+    memory = np.column_stack(
+        [one.initial_memory(at) for one, at in zip(loop.springs, y, strict=True)]
+    )
+    kept = np.concatenate((np.arange(loop.n), loop.n + loop.held))
     options = EndOptions(cycles=200, patience=10, duration=_PATIENCE * frame.period)
     ends = end_states(flow, states, memory, options, share=True)
     for z, period, loops in zip(ends.cycles.z, ends.cycles.period, ends.cycles.loops, strict=True):
         if loops > 0:
-            yield (z if loop.memory else z[: loop.n]).copy(), float(period)
+            yield z[kept], float(period)
 
 
 def mirrors(frame: Frame, z: Array, period: float, speed: float) -> Array | None:
@@ -107,10 +161,11 @@ def mirrors(frame: Frame, z: Array, period: float, speed: float) -> Array | None
 
     In a continuum of bias the motion mirrors itself about some other place.
     """
-    flow, c = frame.loop.at(speed), frame.loop.family.c
-    y = flow.trace(z, period, _SAMPLES).states @ c
-    y -= y.mean()
-    if np.max(np.abs(y + np.roll(y, _SAMPLES // 2))) > _MIRROR * np.max(np.abs(y)):
+    flow = frame.loop.at(speed)
+    y = flow.trace(z, period, _SAMPLES).states @ frame.loop.C.T
+    y -= y.mean(axis=0)
+    unlike = np.max(np.abs(y + np.roll(y, _SAMPLES // 2, axis=0)), axis=0)
+    if np.any(unlike > _MIRROR * np.max(np.abs(y), axis=0)):
         return None
     return np.asarray(0.5 * (z - flow.passage(z, period / 2).end))
 
@@ -128,9 +183,7 @@ def converged(
         If there is none, or only one far away.
     """
     shooting = Shooting(frame.loop, symmetric, frame.reference)
-    q, _ = anchored(shooting, shooting.pack(z, period, speed))
-    hold = float(q[-3]) if frame.loop.memory else 0.0
-    shooting = Shooting(frame.loop, symmetric, frame.reference, hold)
+    shooting, q, _ = anchored(shooting, shooting.pack(z, period, speed))
     sizes = sizes_of(shooting, trace_of(shooting, q))
     scale = np.concatenate((np.sqrt(sizes.size) * sizes, [_PERIOD, _SPEED]))
     options = ContinuationOptions(scale=scale, max_newton=_NEWTON)
@@ -171,5 +224,5 @@ def _cut(
         if not symmetric and returns(part, 1.0):
             return _cut(frame, shooting, shooting.pack(z, part, speed), sizes, shortest)
     if not symmetric and frame.centre.odd and returns(period / 2, -1.0):
-        return Shooting(frame.loop, True, frame.reference), q
+        return Shooting(frame.loop, True, frame.reference, phase=shooting.phase), q
     return shooting, q

@@ -5,24 +5,27 @@ A cycle through the point z with period T at speed U solves
     z(T) - z = 0            or, where the loop is odd,     z(T/2) + z = 0
     phase(z) = 0
 
-in the unknowns q = (z, ln T, U/U_ref). The flow runs from switch to switch, whatever their
+in the unknowns q = (z, ln T, U/U_ref), z being the state and the memory of every spring that has
+one. The flow runs from switch to switch, whatever their
 order, so the sequence of switches is an outcome and never assumed; it may change along a branch.
 With memory the phase condition puts the start where the moment falls through the loop's middle:
 the slider rests there, and every cycle on which it ever slides has such a point. Without memory
 the start is an extremum of y. Both conditions are homogeneous, so they stay where they are as a
-cycle grows.
+cycle grows. Of several springs one leads, see `Phase`.
 
 At an integrator (A x_e = 0, c x_e = 1; for the section a_h = -1/2) a loop that never meets its
 stops may sit anywhere: its cycles come in a continuum of bias. The half-period map picks the
-central one. On the full map the memory at the start is then held at `hold`.
+central one. On the full map the memory at the start is then held at `hold`. So it is for a loop
+that sticks all the way while other springs switch, whose place is free within bounds.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.motion._kernel_roots import REVERSAL
@@ -31,7 +34,7 @@ from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Flow, Loop
 from aeroflutter.springs._kernel_columns import STICK
 
-__all__ = ["Shooting", "Shot"]
+__all__ = ["Phase", "Shooting", "Shot"]
 
 Array = NDArray[np.float64]
 
@@ -56,6 +59,8 @@ class Shot:
         The motion over the (half) period.
     free
         Whether the cycle belongs to a continuum of bias.
+    stuck
+        Places in z of memories that stay as they are all along, where other springs switch.
     """
 
     residual: Array
@@ -64,6 +69,22 @@ class Shot:
     rate: Array
     passage: Passage
     free: bool
+    stuck: NDArray[np.intp]
+
+
+class Phase(NamedTuple):
+    """Where a cycle starts.
+
+    Attributes
+    ----------
+    lead
+        Place of the spring that tells.
+    memory
+        Whether its moment falls through the middle of its loop there, else its y is extremal.
+    """
+
+    lead: int = 0
+    memory: bool = False
 
 
 class Shooting:
@@ -78,15 +99,26 @@ class Shooting:
     reference
         Speed U* that is the unit of the last unknown.
     hold
-        Memory at the start of a cycle in a continuum of bias.
+        Memories at the start of a cycle in a continuum of bias, one a spring that has one.
+    phase
+        Where a cycle starts; by default by the first spring.
 
     Notes
     -----
     The period of the first q that is shot bounds those of the others.
     """
 
-    def __init__(self, loop: Loop, symmetric: bool, reference: float, hold: float = 0.0) -> None:
-        self.loop, self.symmetric, self.reference, self.hold = loop, symmetric, reference, hold
+    def __init__(
+        self,
+        loop: Loop,
+        symmetric: bool,
+        reference: float,
+        hold: ArrayLike = 0.0,
+        phase: Phase | None = None,
+    ) -> None:
+        self.loop, self.symmetric, self.reference = loop, symmetric, reference
+        self.hold = np.broadcast_to(np.asarray(hold, dtype=float), loop.held.shape)
+        self.phase = phase or Phase(0, 0 in loop.held)
         self._log_period: float | None = None
         self._sign = -1.0 if symmetric else 1.0
         self._shots: dict[bytes, Shot] = {}
@@ -140,32 +172,47 @@ class Shooting:
         jacobian[:m, m + 1] = self._sign * passage.jacobian[:, m] * self.reference
         residual[m], jacobian[m, :m], slope = self._phase(flow, z)
         jacobian[m, m + 1] = slope * self.reference
-        free = self._free(flow, passage, z)
+        free, stuck = self._free(flow, passage, z), self._stuck(passage)
         if free and not self.symmetric:
             drift = self._drift(speed)
-            residual[:m] += drift * (z[-1] - self.hold)
+            residual[:m] += drift * (z[-1] - self.hold[-1])
             jacobian[:m, m - 1] += drift
-        return Shot(residual, jacobian, monodromy, flow.rate(z), passage, free)
+        if stuck.size and not self.symmetric:
+            residual[stuck] = z[stuck] - self.hold[stuck - self.loop.n]
+            jacobian[stuck] = 0.0
+            jacobian[stuck, stuck] = 1.0
+        return Shot(residual, jacobian, monodromy, flow.rate(z), passage, free, stuck)
 
     def _phase(self, flow: Flow, z: Array) -> tuple[float, Array, float]:
         """Phase condition, its gradient in z (m,) and its derivative with respect to U."""
-        loop, c = self.loop, self.loop.family.c
-        if loop.memory:
-            middle = loop.spring.v_off  # type: ignore[union-attr]
-            return float(c @ z[:-1] - z[-1] - middle), np.append(c, -1.0), 0.0
-        moment, slope = flow.moment(z)
-        gradient = c @ flow.A - (c @ flow.b) * slope * c
-        value = float(c @ (flow.A @ z) - (c @ flow.b) * moment)
-        return value, gradient, float(c @ (flow.dA @ z) - (c @ flow.db) * moment)
+        loop, lead, n = self.loop, self.phase.lead, self.loop.n
+        c, gradient = loop.C[lead], np.zeros(z.size)
+        if self.phase.memory:
+            place = n + int(np.searchsorted(loop.held, lead))
+            middle = getattr(loop.springs[lead], "v_off", 0.0)
+            gradient[:n], gradient[place] = c, -1.0
+            return float(c @ z[:n] - z[place] - middle), gradient, 0.0
+        moments, slopes = flow.moments(z)
+        push = c @ flow.B
+        gradient[:n] = c @ flow.A - (push * slopes) @ loop.C
+        gradient[n:] = push[loop.held]
+        value = float(c @ (flow.A @ z[:n] + flow.d) - push @ moments)
+        return value, gradient, float(c @ (flow.dA @ z[:n]) - (c @ flow.dB) @ moments)
 
     def _free(self, flow: Flow, passage: Passage, z: Array) -> bool:
         """Whether the loop could as well sit elsewhere: it never meets a stop, and A integrates."""
-        if not self.loop.memory or meets_stop(passage.switches):
+        if not self.loop.integrates or not self.loop.memory or meets_stop(passage.switches):
             return False
         spring = self.loop.spring
-        if not spring.h_low < z[-1] < spring.h_high:  # type: ignore[union-attr]
-            return False
-        return self.loop.integrates
+        return bool(spring.h_low < z[-1] < spring.h_high)  # type: ignore[attr-defined]
+
+    def _stuck(self, passage: Passage) -> NDArray[np.intp]:
+        """Places in z of the memories of loops that stick while other springs switch."""
+        if len(self.loop.springs) == 1:
+            return np.empty(0, dtype=np.intp)
+        moving = {switch[0] for switch in passage.switches}
+        still = [i for i, spring in enumerate(self.loop.held) if spring not in moving]
+        return self.loop.n + np.array(still, dtype=np.intp)
 
     def _drift(self, speed: float) -> Array:
         return np.append(static_state(self.loop.family, speed, 1.0), 1.0)

@@ -49,14 +49,15 @@ class Spectra:
         key = q.tobytes()
         if key != self._key:
             shooting = self.shooting
-            found = spectrum(shooting.shot(q), self.sizes, shooting.symmetric, shooting.loop.memory)
+            memories = shooting.loop.held.size
+            found = spectrum(shooting.shot(q), self.sizes, shooting.symmetric, memories)
             if not abs(found.trivial - 1.0) < _TRIVIAL:
                 raise ConvergenceError("no multiplier is one: this is no cycle")
             self._last, self._key = found, key
         return self._last
 
 
-def spectrum(shot: Shot, sizes: Array, symmetric: bool, memory: bool) -> Spectrum:
+def spectrum(shot: Shot, sizes: Array, symmetric: bool, memories: int) -> Spectrum:
     """Eigenvalues of the map of a cycle.
 
     Parameters
@@ -65,17 +66,22 @@ def spectrum(shot: Shot, sizes: Array, symmetric: bool, memory: bool) -> Spectru
         The shooting equations at the cycle.
     sizes
         Size of each entry of z, (m,), which balances the matrix.
-    symmetric, memory
-        Whether the map is that of half a period; whether the last entry of z is a memory.
+    symmetric, memories
+        Whether the map is that of half a period; how many of the last entries of z are memories.
     """
     matrix = shot.monodromy * sizes / sizes[:, None]
     along = shot.rate / sizes
+    if shot.stuck.size:  # what stays as it is has a multiplier of one, and is no motion
+        moves = np.delete(np.arange(along.size), shot.stuck)
+        matrix, along = matrix[np.ix_(moves, moves)], along[moves]
     basis = np.linalg.qr(np.column_stack((along, np.eye(along.size))))[0]
     turned = basis.T @ matrix @ basis
     values = np.linalg.eigvals(turned[1:, 1:]).astype(complex)
     values = values[np.argsort(-np.abs(values), kind="stable")]
-    if memory:  # sliding erases it
-        values = values[:-1]
+    values = values[: values.size - (memories - shot.stuck.size)]  # sliding erases the others
+    if shot.stuck.size:
+        fixed = -1.0 + 0j if symmetric else 1.0 + 0j
+        return Spectrum(turned[0, 0], fixed, values, symmetric)
     return Spectrum.of(turned[0, 0], values, symmetric=symmetric, free=shot.free)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -10,7 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
 from aeroflutter.linear.rootlocus import RootLocusOptions, flutter_point
-from aeroflutter.model.lure import FixedFamily, LureFamily
+from aeroflutter.model.lure import (
+    AnyFamily,
+    FixedFamily,
+    LureFamily,
+    as_family,
+    as_lure,
+    reduced,
+)
+from aeroflutter.motion.swings import Swing
 from aeroflutter.orbits.describing.balance import AMPLITUDE, Balance
 from aeroflutter.orbits.describing.coalescence import Coalescence, reversible
 from aeroflutter.orbits.describing.distortion import harmonics
@@ -20,7 +29,7 @@ from aeroflutter.orbits.describing.options import DescribingOptions
 from aeroflutter.orbits.describing.result import CycleFamily, DescribingCurve
 from aeroflutter.orbits.describing.stability import stability
 from aeroflutter.orbits.result import Bifurcation, Cycle, lowest
-from aeroflutter.springs import Spring, simplify
+from aeroflutter.springs import Spring, Springs, each, simplify
 
 __all__ = ["describing_at", "describing_curve"]
 
@@ -31,7 +40,7 @@ _STATIONS = 100  # cycles along a family from which its onset is told where no c
 
 
 def describing_curve(
-    family: LureFamily, spring: Spring, options: DescribingOptions | None = None
+    family: AnyFamily, spring: Springs, options: DescribingOptions | None = None
 ) -> DescribingCurve:
     """The complete amplitude-against-speed curve of a loop, by the describing function.
 
@@ -40,7 +49,9 @@ def describing_curve(
     family
         The linear system at every speed.
     spring
-        The restoring moment; degenerate laws are simplified first.
+        The restoring moment; degenerate laws are simplified first. Of several springs a sequence,
+        one an output: then every spring has an amplitude, a phase and a bias, `amplitude` and
+        `bias` are those of the first, and nothing is proved.
     options
         Ranges of amplitude and speed, and density.
 
@@ -65,13 +76,18 @@ def describing_curve(
     0.921
     """
     options = options or DescribingOptions()
-    search = _Search(family, spring, options)
+    family, springs = reduced(family, each(spring))
+    if len(springs) > 1:
+        from aeroflutter.orbits.describing.several_curve import joint_curve
+
+        return joint_curve(family, springs, options)
+    search = _Search(as_lure(family), springs[0], options)
     return search.result([_ascending(search.add(one, options.points)) for one in search.families])
 
 
 def describing_at(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     amplitudes: ArrayLike,
     options: DescribingOptions | None = None,
 ) -> DescribingCurve:
@@ -91,9 +107,16 @@ def describing_at(
     if wanted.size == 0 or not np.all(np.isfinite(wanted) & (wanted > 0)):
         raise InputError("amplitudes: must be finite positive numbers, at least one")
     options = options or DescribingOptions()
-    low, high = options.amplitudes(simplify(spring))
+    family, springs = reduced(family, each(spring))
+    if len(springs) > 1:
+        from aeroflutter.orbits.describing.several_curve import joint_curve
+
+        return joint_curve(family, springs, options, wanted)
+    low, high = options.amplitudes(simplify(springs[0]))
     low, high = min(low, float(wanted[0])), max(high, float(wanted[-1]))
-    search = _Search(family, spring, replace(options, amplitude_range=(low, high)), wanted)
+    search = _Search(
+        as_lure(family), springs[0], replace(options, amplitude_range=(low, high)), wanted
+    )
     for one in search.families:
         search.add(one, _STATIONS)
     return search.result([one.located(np.log(wanted))[0] for one in search.families])
@@ -187,6 +210,7 @@ class _Search:
             amplitude_range=self.range,
             speed_range=self.speeds,
             notes=tuple(self.notes),
+            swings=partial(_swings, self.family, arrays),
         )
 
     def _points(self, family: Family | None, number: int, y: Array) -> dict[str, Array]:
@@ -216,6 +240,16 @@ class _Search:
             "distortion": np.linalg.norm(ratios, axis=1),
             "in_thesis_range": (low - room > B - A) & (high + room < B + A),
         }
+
+
+def _swings(
+    family: LureFamily, arrays: dict[str, Array], i: int
+) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
+    """How far coordinates and the spring move at point i."""
+    from aeroflutter.orbits.harmonic.swings import harmonic_swings
+
+    A, B, k, speed = (float(arrays[name][i]) for name in ("amplitude", "bias", "k", "speed"))
+    return harmonic_swings(as_family(family), Cycle(np.array([B, -1j * A]), k, speed))
 
 
 def _ascending(y: Array) -> Array:

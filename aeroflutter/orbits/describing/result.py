@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.motion.swings import Swing
 from aeroflutter.orbits.result import Branch as CycleFamily
 from aeroflutter.orbits.result import Onset
 
@@ -14,6 +16,10 @@ __all__ = ["CycleFamily", "DescribingCurve", "Onset"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+
+
+def _unmeasured(_: int) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
+    return (), ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,6 +56,8 @@ class DescribingCurve:
         Where cycles were looked for (radians, U*).
     notes
         What a reader should know: curves that could not be followed, why there are no cycles.
+    swings
+        How far coordinates and springs move at point i.
     """
 
     amplitude: Array
@@ -76,3 +84,4 @@ class DescribingCurve:
     amplitude_range: tuple[float, float]
     speed_range: tuple[float, float]
     notes: tuple[str, ...] = ()
+    swings: Callable[[int], tuple[tuple[Swing, ...], tuple[Swing, ...]]] = _unmeasured

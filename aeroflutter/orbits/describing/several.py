@@ -10,7 +10,7 @@ those very amplitudes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -21,18 +21,20 @@ from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.family import Family, FixedModel
 from aeroflutter.model.lure import AnyFamily, FixedFamily, as_family
-from aeroflutter.orbits.continuation import ContinuationOptions, State, correct
+from aeroflutter.orbits.continuation import ContinuationOptions, correct
 from aeroflutter.orbits.describing.options import DescribingOptions
 from aeroflutter.orbits.describing.scan import candidates
 from aeroflutter.orbits.harmonic.balance import AMPLITUDE, FREQUENCY, SPEED, Balance
 from aeroflutter.orbits.harmonic.walk import Curve, follow
-from aeroflutter.orbits.result import Cycle
+from aeroflutter.orbits.result import (
+    Cycle,
+)
 from aeroflutter.springs import Spring, simplify
 
 if TYPE_CHECKING:
     from aeroflutter.orbits.harmonic.options import HarmonicOptions
 
-__all__ = ["JointFamily", "joint_families", "joint_starts"]
+__all__ = ["NEWTON", "JointFamily", "joint_families", "joint_starts"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -42,7 +44,7 @@ _SIZES = (0.1, 50.0)  # amplitudes of the grid, in units of each spring's own si
 _POINTS = {1: 24, 2: 12, 3: 7}  # of the grid in each direction, by the number of coordinates
 _FEW = 4  # of more coordinates than that
 _LEAP = 2.0  # steps of the grid by which a mode's shape may miss
-_NEWTON = ContinuationOptions(tolerance=1e-11, max_newton=25)
+NEWTON = ContinuationOptions(tolerance=1e-11, max_newton=25)
 _STRIDE = 0.1  # of a walk, in ln amplitude
 _STATES = 1500
 _SPAN = 0.3  # size of ln U and ln k in the arclength
@@ -71,7 +73,7 @@ class JointFamily:
         if not states:
             return False
         try:
-            x, _ = correct(self.balance, *self._held(self.balance.pack(cycle)), _NEWTON)
+            x, _ = correct(self.balance, *self._held(self.balance.pack(cycle)), NEWTON)
         except ConvergenceError:
             return False
         at = np.array([state.x for state in states])
@@ -79,7 +81,7 @@ class JointFamily:
         normal = near.tangent
         guess = near.x + normal * float(normal @ (x - near.x)) / float(normal @ normal)
         try:
-            found, _ = correct(self.balance, guess, normal, _NEWTON)
+            found, _ = correct(self.balance, guess, normal, NEWTON)
         except ConvergenceError:
             return False
         return bool(np.max(np.abs(found - x)) < _SAME)
@@ -145,7 +147,7 @@ def _enter(
     balance = Balance(family, springs, 1, symmetric, _lead(family, springs, guess))
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            x, _ = correct(balance, balance.pack(guess), np.eye(balance.unknowns)[0], _NEWTON)
+            x, _ = correct(balance, balance.pack(guess), np.eye(balance.unknowns)[0], NEWTON)
             cycle = balance.unpack(x)
             if not speeds[0] <= cycle.speed <= speeds[1] or balance.straight(x):
                 return
@@ -287,10 +289,3 @@ def joint_starts(
         starts.append((number, symmetric, one.balance.unpack(best.x)))
     notes = [] if found else ["no sinusoids balance in the range of speeds"]
     return starts, notes
-
-
-def states_at(one: JointFamily, count: int) -> list[State]:
-    """Some of the states of a family, evenly along it."""
-    states = one.curve.states
-    chosen = np.unique(np.linspace(0, len(states) - 1, min(count, len(states))).astype(int))
-    return [replace(states[i]) for i in chosen]

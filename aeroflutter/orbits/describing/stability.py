@@ -11,7 +11,7 @@ from aeroflutter.orbits.describing.balance import AMPLITUDE, SPEED, Balance
 from aeroflutter.orbits.describing.scan import closed_eigenvalues
 from aeroflutter.springs import Describing
 
-__all__ = ["Stability", "stability"]
+__all__ = ["Stability", "growing_others", "stability"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -61,7 +61,9 @@ def stability(balance: Balance, y: Array, d: Describing) -> Stability:
         drift = A * (-dN_dA / loop.Z_s).real
     else:  # a double root splits with infinite speed: only its side is known
         drift = -np.sign(slope)
-    others = _others(closed_eigenvalues(balance.family, U, d.n_p, d.n_q), k, balance.multiplicity)
+    others = growing_others(
+        closed_eigenvalues(balance.family, U, d.n_p, d.n_q), k, balance.multiplicity
+    )
     bias_stable = _bias_stable(balance, U, d.dF0_dB)
     attracts, neutral = drift < -_NEUTRAL * k, np.abs(drift) <= _NEUTRAL * k
     return Stability(
@@ -82,7 +84,7 @@ def _slope(balance: Balance, y: Array) -> Array:
         return np.asarray(U * tangent[:, SPEED] / (A * tangent[:, AMPLITUDE]))
 
 
-def _others(roots: NDArray[np.complex128], k: Array, multiplicity: int) -> NDArray[np.int64]:
+def growing_others(roots: NDArray[np.complex128], k: Array, multiplicity: int) -> NDArray[np.int64]:
     """Growing roots besides the cycle's own.
 
     A complex N belongs to roots with positive imaginary part. A pair that has turned real still

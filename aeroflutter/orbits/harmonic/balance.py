@@ -198,7 +198,13 @@ class Balance:
         return int(tops[left_out <= tolerance][0]) if np.any(left_out <= tolerance) else most
 
     def _missing(self, x: Real, top: int) -> tuple[Index, Real]:
-        """Harmonics H+1 … top, and an estimate of each over the amplitude.
+        """Harmonics H+1 … top, and an estimate of each over the amplitude."""
+        ks, left = self.predicted(x, top)
+        firsts = np.abs(self.unpack(x).motions[self._outputs, 1]) / self.sizes
+        return ks, np.abs(left / self.sizes).max(axis=1) / firsts.max()
+
+    def predicted(self, x: Real, top: int) -> tuple[Index, Complex]:
+        """Harmonics H+1 … top of all channels as they would be, (k,) and (k, G).
 
         One step of Newton's method on each alone: the imbalance of the harmonic over the loop's
         stiffness against it.
@@ -210,9 +216,31 @@ class Balance:
         stiffness = inverse_transfer(*self._matrices(cycle.speed), 1j * ks * cycle.omega)
         stiffness = stiffness + np.diag([one.slope(1)[0] for one in given])
         moments = np.array([one.moment(top + 1)[ks] for one in given])
-        left = np.linalg.solve(stiffness, moments.T[:, :, None])[..., 0] / self.sizes
-        firsts = np.abs(cycle.motions[self._outputs, 1]) / self.sizes
-        return ks, np.abs(left).max(axis=1) / firsts.max()
+        return ks, np.asarray(-np.linalg.solve(stiffness, moments.T[:, :, None])[..., 0])
+
+    def linearised(self, x: Real) -> tuple[Real, Real]:
+        """The balance linearised at a cycle, in all harmonics of all channels as real numbers.
+
+        Returns
+        -------
+        J, M
+            Derivatives of the imbalance (mean of every channel first, where it takes part, then
+            real and imaginary parts of the rest), and of that of the oscillating part by the rate
+            at which it grows.
+        """
+        cycle = self.unpack(x)
+        A, B, C = self._matrices(cycle.speed)
+        s = 1j * self.ks * cycle.omega
+        nothing = np.zeros_like(A), np.zeros_like(B), np.zeros_like(C)
+        found = inverse_transfer_gradient(A, B, C, *nothing, s)
+        Z, Z_s, _ = (part * self.sizes / self.sizes[:, None] for part in found)
+        J, M = self._answered_by(self._by_channel(x)), np.zeros(2 * (2 * self.orders.size,))
+        _add_blocks(J, Z)
+        _add_blocks(M, Z_s)
+        means, rest = np.flatnonzero(self.orders == 0), np.flatnonzero(self.orders > 0)
+        fast = np.concatenate((rest, self.orders.size + rest))
+        order = np.concatenate((means, fast))
+        return J[np.ix_(order, order)], M[np.ix_(fast, fast)]
 
     def _relative(self, x: Real) -> Complex:
         """Y_k/A, in units of each channel's size, for every k that takes part, (G, K)."""

@@ -40,13 +40,17 @@ def states_of(family: Family, cycle: Cycle) -> Complex:
 
 def harmonic_swings(family: Family, cycle: Cycle) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
     """Swings of all coordinates and of all springs."""
-    X = states_of(family, cycle)
+    X, system = states_of(family, cycle), family.at(cycle.speed)
+    rows = rows_of(system)
+    if X.shape[1] == 2:  # a sinusoid
+        mean, first = rows @ X[:, 0].real, np.abs(rows @ X[:, 1])
+        coordinates, springs = swings_of(system, mean - first, mean + first)
+        return tuple(coordinates), tuple(springs)
     count = _SAMPLES * X.shape[1]
     angles = np.outer(2 * np.pi * np.arange(count + 1) / count, np.arange(X.shape[1]))
     wave = np.exp(1j * angles)
     states = (wave @ X.T).real
     rates = (wave @ (1j * np.arange(X.shape[1]) * X).T).real  # by the angle
-    system = family.at(cycle.speed)
-    low, high = extremes(states, rates, 2 * np.pi / count, rows_of(system))
+    low, high = extremes(states, rates, 2 * np.pi / count, rows)
     coordinates, springs = swings_of(system, low, high)
     return tuple(coordinates), tuple(springs)
