@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import oracle_springs as oracle
 import pytest
+import xarray as xr
 
-from aeroflutter import Freeplay, Hysteresis, TypicalSection
+from aeroflutter import Bilinear, Freeplay, Hysteresis, Table, TypicalSection
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
+from aeroflutter.errors import ConvergenceError
+from aeroflutter.guarantees import guarantees
 from aeroflutter.linear.rootlocus import root_locus
 from aeroflutter.model.family import SectionModel
 from aeroflutter.motion import Initial, SimulateOptions, simulate, sweep
+from aeroflutter.motion.endstates import end_states
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.response import STATES
 from aeroflutter.motion.swings import extremes
+from aeroflutter.orbits.cycles import CycleOptions, cycle_near, cycles_at
+from aeroflutter.orbits.describing import DescribingOptions, describing_curve
+from aeroflutter.orbits.harmonic import (
+    HarmonicBranch,
+    HarmonicOptions,
+    harmonic_families,
+    solve_cycle,
+)
+from aeroflutter.springs import Spring
 
 WORN = {
     "section": {"omega_bar": 0.6, "zeta_xi": 0.01, "zeta_alpha": 0.01},
@@ -177,3 +193,209 @@ def test_a_map_over_one_of_two_gaps(worn: str, capsys: pytest.CaptureFixture[str
 def test_houbolt_takes_one_spring(worn: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", worn, "--speed-ratio", "0.7", "--engine", "houbolt"]) == 2
     assert "engine: Houbolt's scheme" in capsys.readouterr().err
+
+
+# --- cycles ---------------------------------------------------------------------------------------
+
+
+def a_spring(rng: np.random.Generator, size: float) -> Spring:
+    """A law of straight pieces: gap, loop, preload or table, centred or not."""
+    kind = rng.integers(4)
+    if kind == 0:
+        return Freeplay(size)
+    if kind == 1:
+        return Hysteresis(size * rng.uniform(0.05, 1), size)
+    if kind == 2:
+        if rng.random() < 0.3:
+            return Bilinear(0.0, rng.uniform(0, 0.7), -size / 2, size)
+        return Freeplay(size, rng.uniform(-0.3, 0.3) * size)
+    steep = 1 + rng.uniform(0, 1, 2)
+    moments = np.array([-steep[0], -0.3, 0.3, steep[1]]) * size / 2
+    return Table((-size, -size / 2, size / 2, size), tuple(moments))
+
+
+def a_loop(seed: int) -> tuple[SectionModel, tuple[Spring, Spring]]:
+    """A section with springs in pitch and heave."""
+    rng = np.random.default_rng(seed)
+    section = TypicalSection(
+        omega_bar=rng.uniform(0.3, 0.9),
+        mu=rng.uniform(30, 150),
+        a_h=rng.uniform(-0.6, -0.3),
+        x_alpha=rng.uniform(0.1, 0.3),
+        zeta_alpha=0.02,
+        zeta_xi=0.02,
+    )
+    springs = a_spring(rng, 0.02), a_spring(rng, 0.02 * rng.uniform(0.2, 1))
+    return SectionModel(section, springs=["pitch", "heave"]), springs
+
+
+def balanced(seed: int) -> tuple[HarmonicBranch, ...]:
+    options = HarmonicOptions(
+        tolerance=3e-4, max_harmonics=41, max_step=0.1, speed_ratio_range=(0.2, 1.3)
+    )
+    return harmonic_families(*a_loop(seed), options)
+
+
+def compare(seed: int, points: int) -> tuple[list[float], set[bool], set[bool]]:
+    """Differences of amplitude between harmonic balance and exact cycles; what cycles these are."""
+    family, springs = a_loop(seed)
+    differences, stable, symmetric = [], set(), set()
+    for branch in balanced(seed):
+        for i in np.linspace(1, len(branch.cycles) - 2, points).astype(int):
+            cycle = branch.cycles[i]
+            try:
+                exact = cycle_near(family, springs, cycle.motions, cycle.omega, cycle.speed)
+            except ConvergenceError:  # beside a fold the next cycle may be at no such speed
+                differences.append(np.inf)
+                continue
+            assert exact.closure < 1e-10
+            away = abs(exact.speed / cycle.speed - 1.0)
+            swings = zip(exact.springs, cycle.springs, strict=True)
+            sizes = [abs(one.amplitude / other.amplitude - 1.0) for one, other in swings]
+            differences.append(away + max(sizes))
+            stable.add(exact.stable)
+            symmetric.add(exact.symmetric)
+    return differences, stable, symmetric
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_harmonic_balance_and_exact_cycles_of_two_springs_agree(seed: int) -> None:
+    """Amplitudes of both springs, within what the balance itself says it has left out."""
+    differences, stable, _ = compare(seed, 6)
+    assert stable == {True, False}
+    assert np.sort(differences)[:-1] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_fifty_random_pairs_of_springs() -> None:
+    """Stable and unstable, of odd pairs and others; nine in ten of the points within 1e-3."""
+    differences: list[float] = []
+    stable, symmetric = set[bool](), set[bool]()
+    for seed in range(50):
+        try:
+            found = compare(seed, 4)
+        except ConvergenceError:
+            continue  # the pair has no cycle in the range of speeds
+        differences += found[0]
+        stable |= found[1]
+        symmetric |= found[2]
+    assert stable == symmetric == {True, False}
+    assert len(differences) > 100
+    assert np.quantile(differences, 0.9) < 1e-3
+
+
+def test_harmonic_balance_of_two_springs_converges() -> None:
+    """To the exact cycle, with the third power of the harmonics or so: moments have kinks."""
+    family, springs = a_loop(3)
+    branch = balanced(3)[0]
+    start = branch.cycles[len(branch.cycles) // 2]
+    exact = cycle_near(family, springs, start.motions, start.omega, start.speed)
+    errors = []
+    for harmonics in (5, 11, 23, 47):
+        options = HarmonicOptions(harmonics=harmonics)
+        cycle = solve_cycle(family, springs, start, options=options, symmetric=True)
+        sizes = np.abs(cycle.motions[:, 1]) / np.abs(exact.outputs[:, 1])
+        errors.append(float(np.max(np.abs(sizes - 1.0))))
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 1e-2 * errors[0]
+    assert errors[-1] < 1e-6
+
+
+def test_multipliers_of_two_springs_are_those_of_differences() -> None:
+    """Of the exact map, by central differences, for an unstable and a stable cycle."""
+    family, springs = a_loop(0)
+    seen = set()
+    for cycle in balanced(0)[0].cycles[20::40]:
+        found = cycle_near(family, springs, cycle.motions, cycle.omega, cycle.speed)
+        flow = Flow(family.at(found.speed), springs)
+        matrix = np.empty((flow.n, flow.n))
+        for i in range(flow.n):
+            step = np.eye(flow.n)[i] * 1e-7 * np.abs(found.state).max()
+            ends = [flow.passage(found.state + s * step, found.period).end for s in (1, -1)]
+            matrix[:, i] = (ends[0] - ends[1]) / (2 * step[i])
+        expected = np.linalg.eigvals(matrix)
+        largest = np.sort(np.abs(expected))[::-1][:3]
+        assert np.sort(np.abs(found.multipliers))[::-1][:3] == pytest.approx(largest, rel=1e-3)
+        assert np.sort(np.abs(cycle.multipliers))[::-1][:2] == pytest.approx(largest[:2], abs=0.05)
+        seen.add(found.stable)
+    assert seen == {True, False}
+
+
+def test_springs_that_share_a_coordinate_are_their_sum() -> None:
+    """A gap and a spring of half its stiffness beside it, in pitch: a bilinear spring of 1.5.
+
+    Scaled to unit slope that is a spring of inner slope a third on a section of 1.5 times the
+    stiffness.
+    """
+    section = TypicalSection(omega_bar=0.6, zeta_alpha=0.02, zeta_xi=0.02)
+    gap, third = Freeplay(0.02), Bilinear(-0.01 / 3, 1 / 3, -0.01, 0.02)
+    half = Bilinear(-0.01, 1.0, -0.01, 0.02)  # straight, though it does not say so
+    several = SectionModel(section, springs=["pitch", "pitch"], stiffness=[1.0, 0.5])
+    one = SectionModel(section, springs=["pitch"], stiffness=[1.5])
+    options = HarmonicOptions(harmonics=9, speed_ratio_range=(0.3, 1.2))
+    expected = harmonic_families(one, third, options)[0]
+    start = expected.cycles[len(expected.cycles) // 2]
+    guess = replace(start, outputs=np.array([start.Y, start.Y]))
+    found = solve_cycle(several, (gap, half), guess, options=options, symmetric=True)
+    assert pytest.approx(start.Y, abs=1e-9) == found.Y
+    exact = cycle_near(several, (gap, half), found.motions, found.omega, found.speed)
+    alone = cycle_near(one, third, start.Y, start.omega, start.speed)
+    assert exact.amplitude == pytest.approx(alone.amplitude, rel=1e-10)
+    assert exact.multipliers[1] == pytest.approx(alone.multipliers[1], rel=1e-8)
+
+
+def test_every_stable_cycle_of_two_springs_is_on_a_family() -> None:
+    """What motions from all sizes and sides end on is among the cycles at that speed."""
+    family, springs = a_loop(1)
+    speed = 0.9 * root_locus(family).flutter.speed
+    options = CycleOptions(simulations=4, points=2, depth=1)
+    known = cycles_at(family, springs, speed, options).cycles
+    rng = np.random.default_rng(5)
+    states = 0.1 * rng.normal(size=(60, 6)) * [1, 1, 0.1, 0.1, 1, 1]
+    ends = end_states(Flow(family.at(speed), springs), states, 0.0, share=True)
+    stable = [cycle.amplitude for cycle in known if cycle.stable]
+    assert stable
+    assert "lco" in {STATES[code] for code in ends.state}
+    for code, amplitude in zip(ends.state, ends.amplitude, strict=True):
+        if STATES[code] == "lco":
+            assert min(abs(amplitude / one - 1.0) for one in stable) < 1e-6
+
+
+def test_df_of_two_springs_is_the_balance_of_one_harmonic() -> None:
+    """With one spring outside it is the curve of old; and it says that its bands are for one."""
+    family, springs = a_loop(3)
+    curve = describing_curve(family, springs, DescribingOptions(points=30))
+    i = int(np.argmin(curve.distortion))
+    Y = np.array([one.amplitude for one in curve.swings(i)[1]])
+    system = family.at(curve.speed[i])
+    gains = [s.describing(a, 0.0).N for s, a in zip(springs, Y, strict=True)]
+    roots = np.linalg.eigvals(system.A - (system.B * np.array(gains)) @ system.C)
+    assert np.min(np.abs(roots - 1j * curve.k[i])) < 1e-9
+    reasons = guarantees(family, springs, curve).reason
+    assert set(reasons) == {"there are several springs: bands are for one"}
+
+
+def test_a_spring_that_hardly_matters_leaves_the_curve_of_the_other() -> None:
+    """A heave gap of a hundred thousandth: the describing function of pitch alone."""
+    section = TypicalSection(omega_bar=0.8)
+    options = DescribingOptions(points=30)
+    alone = describing_curve(
+        SectionModel(section, springs=["pitch"]), Hysteresis(1.0, 0.2), options
+    )
+    both = SectionModel(section, springs=["pitch", "heave"])
+    found = describing_curve(both, (Hysteresis(1.0, 0.2), Freeplay(1e-5)), options)
+    assert found.onset.speed == pytest.approx(alone.onset.speed, rel=1e-4)
+    assert (found.onset.kind, found.onset.stable) == (alone.onset.kind, alone.onset.stable)
+
+
+def test_curves_of_two_worn_hinges_from_the_command_line(
+    worn: str, capsys: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    """`df` and `lco` list both springs at every point, in JSON and in the file."""
+    out = tmp_path / "curve.nc"
+    found = said(capsys, "df", worn, "--points", "8", "--out", str(out))
+    assert {one["at"] for point in found["branch"] for one in point["springs"]} == {"pitch", "flap"}
+    assert found["branch"][0]["guarantee"]["guaranteed"] is False
+    with xr.open_dataset(out) as saved:
+        assert saved.coordinate_amplitude.dims == ("point", "coordinate")
+        assert saved.spring_at.values[0].tolist() == ["pitch", "flap"]

@@ -185,6 +185,8 @@ def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> No
 
 def segments(flags: np.ndarray) -> list[tuple[slice, bool]]:
     """Runs of equal flags as slices that overlap by one point, so that drawn lines join up."""
+    if flags.size == 0:
+        return []
     edges = np.nonzero(np.diff(flags.astype(int)))[0] + 1
     starts, stops = [0, *edges], [*edges, flags.size]
     return [

@@ -136,7 +136,9 @@ class Search:
         self._seeds = self._astray = 0
         self._rng = np.random.default_rng(0)  # one search is like another
         self._entered: set[tuple[float, float]] = set()
-        family, simple = reduced(family, [_piecewise(one) for one in each(spring)])
+        pieces = [_piecewise(one) for one in each(spring)]
+        family, simple = reduced(family, pieces)
+        self.kept = [i for i, one in enumerate(pieces) if any(one is left for left in simple)]
         point = flutter_point(family)
         about = centre(family, simple)
         self.family = family

@@ -234,9 +234,28 @@ def _guesses(family: Family, springs: Sequence[Spring], speeds: Array) -> Iterat
             for row in range(i.size):
                 speed = float(speeds[i[row]] ** (1 - t[row]) * speeds[j[row]] ** t[row])
                 shape = _shape(family, balance, N, speed, float(k[row]))
-                sizes_of = np.abs(shape) / amplitudes
-                if np.ptp(np.log(sizes_of)) < _LEAP * step:
-                    yield _sinusoids(balance, springs, shape / sizes_of.max(), speed, float(k[row]))
+                unit = _unit(np.log(np.abs(shape) / amplitudes), np.array(point), grid.size, step)
+                if unit is not None:
+                    yield _sinusoids(balance, springs, shape / unit, speed, float(k[row]))
+
+
+def _unit(logs: Array, point: Index, count: int, step: float) -> float | None:
+    """Size of a mode whose shape has the amplitudes of a point of the grid; None if it has not.
+
+    Parameters
+    ----------
+    logs
+        ln of the mode's motion over the grid's amplitudes.
+    point, count, step
+        Place in the grid, its length and spacing. At its ends a spring is all but linear: any
+        amplitude beyond will do.
+    """
+    inside = (point > 0) & (point < count - 1)
+    middle = float(np.mean(logs[inside] if np.any(inside) else logs))
+    over, room = logs - middle, _LEAP * step
+    fits = np.where(point == count - 1, over > -room, np.where(point == 0, over < room, True))
+    fits &= ~inside | (np.abs(over) < room)
+    return float(np.exp(middle)) if np.all(fits) else None
 
 
 def _gains(springs: Sequence[Spring], channels: Sequence[object], amplitudes: Array) -> Complex:
