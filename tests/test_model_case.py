@@ -316,3 +316,44 @@ def test_simulate_and_rootlocus_speak_of_a_model(tmp_path, capsys):
     run = json.loads(capsys.readouterr().out)
     assert run["state"] in ("damped", "lco", "aperiodic")
     assert run["springs"][0]["at"] == "pitch"
+
+
+def test_numbers_of_a_model_are_in_its_own_units(tmp_path, capsys):
+    """k is omega b/V whatever the model's time; nothing refers to an uncoupled pitch frequency."""
+    file = tmp_path / "c.toml"
+    file.write_text('[model]\nkind = "state-space"\nfile = "a.npz"\n')
+    expected = root_locus(SectionModel(SECTION, springs=("pitch",))).flutter
+    hertz = SECTION.scale.frequency_hz(expected.k, expected.speed)
+    for seconds, known in ((True, True), (False, True), (True, False)):
+        given = variables(seconds)
+        if not known:
+            del given["semichord"]
+        npz(tmp_path / "a.npz", given)
+        assert main(["rootlocus", str(file), "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["speed_unit"] == "m/s"
+        assert found["time_unit"] == ("s" if seconds else "semichord")
+        flutter = found["flutter"]
+        assert flutter["omega_ratio"] is None
+        assert flutter["frequency_hz"] == pytest.approx(hertz, rel=1e-5)
+        assert flutter["k"] == (pytest.approx(expected.k, rel=1e-5) if known else None)
+
+
+def test_a_model_of_one_speed_takes_no_speed_option(tmp_path, capsys):
+    given = variables()
+    part = {name: given[name][20] for name in ("speeds", "A", "B")}
+    npz(tmp_path / "a.npz", given | part)
+    file = tmp_path / "c.toml"
+    file.write_text(
+        '[model]\nkind = "state-space"\nfile = "a.npz"\n[spring]\nkind = "freeplay"\ngap_deg = 1\n'
+    )
+    assert main(["simulate", str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["speed"] == given["speeds"][20]
+    assert main(["rootlocus", str(file), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["roots"]) == 1
+    assert main(["simulate", str(file), "--speed", "3"]) == 2
+    assert "is given at one speed; remove it" in capsys.readouterr().err
+    assert main(["df", str(file)]) == 2
+    assert "so there is no curve over it" in capsys.readouterr().err
+    assert main(["map", str(file)]) == 2
+    assert "starts motions by the pitch of a section" in capsys.readouterr().err

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import bah
 import numpy as np
 import pytest
 import xarray as xr
@@ -21,6 +22,7 @@ from aeroflutter.errors import InputError
 from aeroflutter.guarantees import guarantees
 from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
 from aeroflutter.guarantees.onset import onset
+from aeroflutter.linear.pk import PKOptions, pk_method
 from aeroflutter.linear.rootlocus import root_locus
 from aeroflutter.motion.chaos import ChaosOptions, chaos, chaos_scan
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
@@ -131,6 +133,7 @@ def sections() -> Any:
 
 MAKERS: dict[str, Callable[[], Any]] = {
     "RootLocus": lambda: root_locus(case().family()),
+    "PKResult": lambda: pk_method(bah.modes(), PKOptions(low=100.0, high=700.0, points=12)),
     "DescribingCurve": curve,
     "Proved": proved,
     "LoopTest": lambda: loop_test(

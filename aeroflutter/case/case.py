@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from aeroflutter.case.placed import PlacedSpring
     from aeroflutter.model.elsewhere.placed import PlacedModel
     from aeroflutter.model.family import Family, SectionModel
-    from aeroflutter.model.lure import AnyFamily, SectionFamily, SpringFamily
+    from aeroflutter.model.lure import AnyFamily, FixedFamily, SectionFamily, SpringFamily
     from aeroflutter.springs import Spring, Springs
 
 __all__ = ["Case", "InitialMotion", "ModelMotion", "builtin_names", "load_case"]
@@ -144,6 +144,20 @@ class Case:
         return self.section.scale if self.imported is None else self.imported.scale
 
     @property
+    def own_units(self) -> dict[str, str]:
+        """Units of speeds and times where they are not U* and semichords travelled."""
+        from aeroflutter.model.elsewhere.scale import ModelScale
+
+        if not isinstance(self.scale, ModelScale):
+            return {}
+        return {"speed_unit": "m/s", "time_unit": self.scale.time_unit}
+
+    @property
+    def one_speed(self) -> bool:
+        """Whether it is a model of one speed."""
+        return self.imported is not None and self.imported.one_speed
+
+    @property
     def digest(self) -> str:
         """SHA-256 of `text`, and of the file of a model if it has one, for provenance."""
         file = "" if self.imported is None else self.imported.digest
@@ -175,7 +189,7 @@ class Case:
             return PlacedModel(self.imported.family, at, stiffness, linear)
         return SectionModel(self.section, self.aerodynamics, at, stiffness, linear)
 
-    def family(self) -> SectionFamily | SpringFamily:
+    def family(self) -> SectionFamily | SpringFamily | FixedFamily:
         """The section at every airspeed, as the analyses of one spring see it.
 
         Raises
@@ -183,7 +197,7 @@ class Case:
         InputError
             If there are several springs that are not linear; `loop` is for any number.
         """
-        from aeroflutter.model.lure import SectionFamily, SpringFamily
+        from aeroflutter.model.lure import FixedFamily, LureSystem, SectionFamily, SpringFamily
 
         outside = outputs(self.springs)
         if len(outside) > 1:
@@ -192,6 +206,9 @@ class Case:
                 [f"spring: there are {len(outside)} that are not linear ({places}); this takes one"]
             )
         model = self.model()
+        if self.one_speed:
+            speed = model.search_range
+            return FixedFamily(LureSystem.of(model.at(speed[0])), speed)
         placed = (model.springs, model.stiffness, model.linear)
         if self.imported is None and placed == (("pitch",), (1.0,), {}):
             return SectionFamily(self.section, self.aerodynamics)

@@ -24,6 +24,8 @@ __all__ = [
     "axis_of_speeds",
     "pair",
     "scale_of",
+    "section_only",
+    "several_speeds",
     "unit",
 ]
 
@@ -71,13 +73,19 @@ class _Given:
     def speeds(
         self, case: Case, required: str = "", excluded: str = ""
     ) -> NDArray[np.float64] | None:
-        """U*, (n,), of what is given, None where nothing is.
+        """U*, (n,), of what is given, None where nothing is; of a model of one speed, that one.
 
         Raises
         ------
         InputError
             If a number is not positive, there is no flutter speed to refer to, or no scale.
         """
+        if case.one_speed:
+            import numpy as np
+
+            if (extra := self.given()) is not None:
+                raise InputError(f"{extra[0]}: the model is given at one speed; remove it")
+            return np.array([case.model().search_range[0]])
         one = self.given(required, excluded)
         if one is None:
             return None
@@ -195,6 +203,36 @@ def axis_of_speeds(option: str, text: str, case: Case) -> NDArray[np.float64]:
     if not (values > 0.0).all():
         raise InputError(f"{option}: every airspeed must be positive")
     return values * unit(kind, case)
+
+
+def several_speeds(case: Case) -> None:
+    """Refuse a model of one speed where a curve over the airspeed is drawn.
+
+    Raises
+    ------
+    InputError
+        If the case is one.
+    """
+    if case.one_speed:
+        raise InputError(
+            f"{case.source}: model.speeds: is one speed, so there is no curve over it; `lco` lists "
+            "the cycles there are"
+        )
+
+
+def section_only(case: Case, command: str) -> None:
+    """Refuse a model from a file where a command starts motions by the pitch of a section.
+
+    Raises
+    ------
+    InputError
+        If the case has one.
+    """
+    if case.imported is not None:
+        raise InputError(
+            f"{case.source}: model: `{command}` starts motions by the pitch of a section, which a "
+            "model has not; `simulate` and `lco` take it"
+        )
 
 
 def scale_of(case: Case, option: str) -> Scale:

@@ -179,7 +179,8 @@ class _Study:
 
     def facts(self, value: float) -> dict[str, Any]:
         """Speed, its ratio and the damping at a value."""
-        section = self.case_at(value).section
+        case = self.case_at(value)
+        section = case.section if case.imported is None else None
         speed = self.speed_at(value)
         scale = self.case.scale
         si = {} if scale is None else {"velocity_m_s": scale.velocity(speed)}
@@ -187,8 +188,8 @@ class _Study:
             "speed": speed,
             **si,
             "speed_ratio": speed / self.flutter if self.flutter else None,
-            "zeta_alpha": section.zeta_alpha,
-            "zeta_xi": section.zeta_xi,
+            "zeta_alpha": section and section.zeta_alpha,
+            "zeta_xi": section and section.zeta_xi,
         }
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import AirspeedRange, pair
+from aeroflutter.cli.airspeed import AirspeedRange, pair, several_speeds
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -64,6 +64,7 @@ def df(
 
     output.check()
     loaded = options.load(case)
+    several_speeds(loaded)
     scale = output.begin(loaded, "df")
     former({"--amplitude-range-deg": amplitude_range_deg}, "--smallest-deg and --largest-deg")
     amplitudes = _amplitude_range(amplitude_range_deg, smallest_deg, largest_deg)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import AirspeedRange
+from aeroflutter.cli.airspeed import AirspeedRange, several_speeds
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -74,6 +74,7 @@ def hb(
 
     output.check()
     loaded = options.load(case)
+    several_speeds(loaded)
     scale = output.begin(loaded, "hb")
 
     def analyse(one: Case) -> Branches:

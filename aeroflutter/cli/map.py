@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import unit
+from aeroflutter.cli.airspeed import section_only, unit
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -108,6 +108,7 @@ def map(  # noqa: A001 - the command's name
     output = Output(json=json, out=keeping.netcdf, plot=plot)
     output.check()
     loaded = options.load(case)
+    section_only(loaded, "map")
     scale = shown_scale(units, loaded)
     grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y, velocity)
     cells = CaseCells(loaded.text, loaded.source, grid, fixed)

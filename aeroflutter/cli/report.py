@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.airspeed import section_only
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -63,6 +64,7 @@ def report(
         periods=periods,
     )
     loaded = options.load(case)
+    section_only(loaded, "report")
     plotly = plotly_source()
     found = analyse(loaded, settings, progress=lambda step: print(f"{step} …", file=sys.stderr))
     print("motions …", file=sys.stderr)

@@ -16,6 +16,7 @@ from aeroflutter.cli.common import (
     say,
     show_facts,
     show_table,
+    shown,
 )
 from aeroflutter.cli.former import former
 from aeroflutter.cli.varying import Vary
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
-    from aeroflutter.linear.rootlocus import RootLocus
+    from aeroflutter.linear.rootlocus import Crossing, RootLocus
     from aeroflutter.model.lure import Real
     from aeroflutter.model.section import Scale
     from aeroflutter.studies.vary import Member
@@ -167,18 +168,20 @@ def _print(case: Case, result: RootLocus, curve: Curve | None, scale: Scale | No
     say(case.title)
     low, high = result.searched
     flutter = result.flutter
+    name = "U*" if case.scale is None else case.scale.speed_name
     facts: dict[str, Any] = {}
     if flutter is None:
-        facts["flutter"] = f"none between U* = {low:.4g} and {high:.4g}"
+        facts["flutter"] = f"none between {name} = {low:.4g} and {high:.4g}"
     else:
         hertz = (
             "" if scale is None else f"  ({scale.frequency_hz(flutter.k, flutter.speed):.5g} Hz)"
         )
-        facts["flutter speed U*"] = f"{flutter.speed:.6f}{_si(scale, flutter.speed)}"
-        facts["reduced frequency k"] = f"{flutter.k:.6g}{hertz}"
-        facts["omega/omega_alpha"] = flutter.omega_ratio
-    facts["divergence speed U*"] = (
-        f"none up to U* = {high:.4g}"
+        facts[f"flutter speed {name}"] = f"{flutter.speed:.6f}{_si(scale, flutter.speed)}"
+        facts["reduced frequency k"] = f"{shown(_reduced(case, flutter))}{hertz}"
+        if case.imported is None:
+            facts["omega/omega_alpha"] = flutter.omega_ratio
+    facts[f"divergence speed {name}"] = (
+        f"none up to {name} = {high:.4g}"
         if result.divergence is None
         else f"{result.divergence:.6f}{_si(scale, result.divergence)}"
     )
@@ -186,19 +189,27 @@ def _print(case: Case, result: RootLocus, curve: Curve | None, scale: Scale | No
         facts["note"] = f"an oscillation grows already at the lowest speed searched, {low:.4g}"
     show_facts(facts)
     if len(result.crossings) > 1:
-        _show_crossings(result, scale)
+        _show_crossings(case, result, scale)
     if curve is not None:
         _show_stiffness(curve, scale)
 
 
-def _show_crossings(result: RootLocus, scale: Scale | None) -> None:
-    rows = []
+def _show_crossings(case: Case, result: RootLocus, scale: Scale | None) -> None:
+    imported, rows = case.imported is not None, []
     for one in result.crossings:
         si = [scale.velocity(one.speed), scale.frequency_hz(one.k, one.speed)] if scale else []
+        own = [] if imported else [one.omega_ratio]
         becomes = "growing" if one.growing else "damped"
-        rows.append((one.speed, *si, one.k, one.omega_ratio, becomes))
+        rows.append((one.speed, *si, _reduced(case, one), *own, becomes))
     units = ("V (m/s)", "f (Hz)") if scale else ()
-    show_table(("crossing at U*", *units, "k", "omega/omega_alpha", "becomes"), rows)
+    name = "crossing" if imported else "crossing at U*"
+    own_names = () if imported else ("omega/omega_alpha",)
+    show_table((name, *units, "k", *own_names, "becomes"), rows)
+
+
+def _reduced(case: Case, one: Crossing) -> float:
+    """Reduced frequency of a crossing; NaN where no semichord is known."""
+    return one.k if case.scale is None else float(case.scale.reduced(one.k, one.speed))
 
 
 def _show_stiffness(curve: Curve, scale: Scale | None) -> None:

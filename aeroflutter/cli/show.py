@@ -203,10 +203,10 @@ def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> st
 
 def flutter_facts(speed: float | None, scale: Scale | None) -> dict[str, Any]:
     """The linear flutter speed, in m/s as well where there is a scale."""
-    facts: dict[str, Any] = {"linear flutter speed U*": speed}
-    if speed is not None and scale is not None:
-        facts["linear flutter speed U*"] = f"{speed:.6g} ({scale.velocity(speed):.5g} m/s)"
-    return facts
+    if speed is None or scale is None:
+        return {"linear flutter speed U*": speed}
+    name = f"linear flutter speed {scale.speed_name}"
+    return {name: f"{speed:.6g} ({scale.velocity(speed):.5g} m/s)"}
 
 
 def shown(value: Any) -> str:

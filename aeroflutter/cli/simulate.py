@@ -143,7 +143,9 @@ def _shown(case: Case, run: Run, scale: Scale | None, lasts: dict[str, float]) -
     """Print a run for people."""
     from aeroflutter.results import fields_of
 
-    names = {"speed": "speed U*", "speed_ratio": "U*/U*_L", "flutter_speed": "U*_L"}
+    name = "U*" if case.scale is None else case.scale.speed_name
+    names = {"speed": f"speed {name}", "speed_ratio": f"{name}/{name}_L"}
+    names["flutter_speed"] = f"{name}_L"
     say(case.title)
     fields = fields_of(run, case if scale else None)
     moving, springs = fields.pop("coordinates"), fields.pop("springs")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import Airspeed
+from aeroflutter.cli.airspeed import Airspeed, section_only
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -86,6 +86,7 @@ def sweep(
     output = Output(json=json, out=keeping.netcdf, plot=plot)
     output.check()
     loaded = options.load(case)
+    section_only(loaded, "sweep")
     scale = shown_scale(units, loaded)
     distributions = parse_varied(vary)
     fixed = _fixed_speed(airspeed)

@@ -65,7 +65,7 @@ class RootLocusOptions:
         low, high = family.search_range
         low = low if self.low is None else self.low
         high = high if self.high is None else self.high
-        if not low < high:
+        if not low < high and (low, high) != family.search_range:
             raise InputError([f"low, high: need low < high, got {low:g} and {high:g}"])
         return low, high
 
@@ -134,6 +134,8 @@ def root_locus(
     speeds: ArrayLike | None = None,
 ) -> RootLocus:
     """Roots over speed, every crossing of the imaginary axis, flutter and divergence.
+
+    A family whose range is one speed has its roots there and crosses nothing.
 
     Parameters
     ----------
@@ -210,6 +212,8 @@ def flutter_against_stiffness(
 
 def _search(family: AnyFamily, options: RootLocusOptions) -> Track:
     low, high = options.range(family)
+    if low == high:
+        return follow(family, options.stiffness, np.array([low]))
     space = np.geomspace if low > 0 else np.linspace
     return follow(family, options.stiffness, space(low, high, options.grid))
 
@@ -228,6 +232,8 @@ def _roots_at(family: AnyFamily, stiffness: float, speeds: Real) -> Complex:
 def _output_speeds(
     speeds: ArrayLike | None, searched: tuple[float, float], flutter: Crossing | None
 ) -> Real:
+    if speeds is None and searched[0] == searched[1]:
+        return np.array([searched[0]])
     if speeds is None:
         top = searched[1] if flutter is None else min(1.2 * flutter.speed, searched[1])
         return np.linspace(max(searched[0], top / 50), top, 241)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 from aeroflutter.errors import InputError
 
@@ -48,6 +49,19 @@ class Scale:
     def seconds(self, tau: float, speed: float) -> float:
         """Time in s of the nondimensional time tau = V t/b at the speed U*."""
         return tau / (speed * self.omega_alpha)
+
+    def reduced(self, k: Any, speed: Any) -> Any:
+        """Reduced frequency of ``Im p`` at a speed: itself, tau being the time."""
+        return k
+
+    def ratio(self, frequency: Any) -> Any:
+        """Frequency over the uncoupled pitch frequency: itself."""
+        return frequency
+
+    @property
+    def speed_name(self) -> str:
+        """What an airspeed is called in tables: it is nondimensional."""
+        return "U*"
 
 
 @dataclass(frozen=True, kw_only=True)

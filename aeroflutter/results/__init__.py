@@ -51,7 +51,8 @@ def fields_of(result: object, case: Case | None = None) -> dict[str, Any]:
     from aeroflutter.results.layouts import layout_of
     from aeroflutter.results.schema import record
 
-    return record(*layout_of(result), None if case is None else case.scale)
+    found = record(*layout_of(result), None if case is None else case.scale)
+    return found if case is None else {**found, **case.own_units}
 
 
 def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:

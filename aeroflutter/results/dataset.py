@@ -120,7 +120,8 @@ def encoded(result: Any, layout: Layout, case: Case | None = None) -> xr.Dataset
     parts = {
         dim: (dim, words, FIELDS[dim].attributes) for dim, words in PARTS.items() if dim in dims
     }
-    dataset = xr.Dataset({**variables, **parts}, attrs={**attributes, **provenance(case)})
+    own = {} if case is None else case.own_units
+    dataset = xr.Dataset({**variables, **parts}, attrs={**attributes, **own, **provenance(case)})
     return dataset.set_coords([name for name in layout.coordinates if name in dataset])
 
 

@@ -87,6 +87,8 @@ class Kind:
         What stands in an array where there is no value.
     dtype
         Of arrays.
+    own
+        (scale, value, speed) -> value, where a model from elsewhere means something else by it.
     """
 
     units: str = "1"
@@ -95,6 +97,13 @@ class Kind:
     si: SI | None = None
     missing: Any = np.nan
     dtype: Any = np.float64
+    own: Callable[[Scale, Any, Any], Any] | None = None
+
+    def of(self, value: Any, scale: Scale | None, speed: Any) -> Any:
+        """A value as it is told, given what it is scaled by and the speed that it refers to."""
+        if self.own is None or scale is None or value is None or speed is None:
+            return value
+        return self.own(scale, value, speed)
 
 
 NUMBER = Kind()
@@ -115,8 +124,10 @@ FREQUENCY = Kind(
         convert=lambda scale, k, speed: scale.frequency_hz(k, speed),
         heading="f (Hz)",
         axis="frequency (Hz)",
-    )
+    ),
+    own=lambda scale, k, speed: scale.reduced(k, speed),
 )
+RATIO = Kind(own=lambda scale, value, _: scale.ratio(value))
 TIME = Kind(
     si=SI(
         *("s", "time", (), "_s"),
@@ -190,6 +201,7 @@ FIELDS: dict[str, Field] = {
     "k": Field("reduced frequency omega b/V", FREQUENCY, heading="k"),
     "omega_ratio": Field(
         "frequency over the uncoupled pitch frequency, omega/omega_alpha",
+        RATIO,
         axis=r"frequency $\omega/\omega_\alpha$",
     ),
     "time": Field("nondimensional time tau = V t/b", TIME, axis=r"nondimensional time $\tau$"),

@@ -227,7 +227,8 @@ def record(
 
 def _named(key: str, value: Any, field: Field, scale: Scale | None, speed: Any) -> dict[str, Any]:
     """One value of a record, and its companion in SI units."""
-    found = {key + field.kind.suffix: in_files(value, field)}
+    told = field.kind.of(value, scale, speed)
+    found = {key + field.kind.suffix: in_files(told, field)}
     if scale is not None and field.kind.si is not None:
         converted = field.kind.si.of(value, scale, speed)
         if converted is not None:
@@ -308,7 +309,13 @@ def columns(layout: Layout, scale: Scale | None = None, prefix: str = "") -> Ite
 def _of_value(entry: Value, label: str, layout: Layout, scale: Scale | None) -> Iterator[Column]:
     field = entry.field(label)
     kind = field.kind
-    yield Column(label + kind.suffix, field, lambda source, above: entry.read(source))
+    yield Column(
+        label + kind.suffix,
+        field,
+        lambda source, above: kind.of(
+            entry.read(source), above.scale or scale, layout.speed(source, above.speed)
+        ),
+    )
     if scale is not None and (si := kind.si) is not None:
         yield Column(
             si.named(label),

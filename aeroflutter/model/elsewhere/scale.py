@@ -63,5 +63,14 @@ class ModelScale(Scale):
         """Reduced frequency of ``Im p`` per unit of the model's time at a speed; NaN if unknown."""
         return self._known(k * self.b / speed if self.seconds_of_time else k)
 
+    def ratio(self, frequency: Any) -> Any:
+        """Frequency over the uncoupled pitch frequency: there is none."""
+        return frequency * math.nan
+
+    @property
+    def speed_name(self) -> str:
+        """What an airspeed is called in tables: it is in m/s."""
+        return "V"
+
     def _known(self, value: Any) -> Any:
         return value if self.with_semichord else value * math.nan
