@@ -11,7 +11,16 @@ import oracle_springs as oracle
 import pytest
 import xarray as xr
 
-from aeroflutter import Bilinear, Freeplay, Hysteresis, Table, TypicalSection
+from aeroflutter import (
+    Bilinear,
+    Cubic,
+    Freeplay,
+    Hysteresis,
+    QuasiSteady,
+    SectionFamily,
+    Table,
+    TypicalSection,
+)
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
 from aeroflutter.errors import ConvergenceError
@@ -31,7 +40,7 @@ from aeroflutter.orbits.harmonic import (
     harmonic_families,
     solve_cycle,
 )
-from aeroflutter.springs import Spring
+from aeroflutter.springs import Polynomial, Spring
 
 WORN = {
     "section": {"omega_bar": 0.6, "zeta_xi": 0.01, "zeta_alpha": 0.01},
@@ -399,3 +408,94 @@ def test_curves_of_two_worn_hinges_from_the_command_line(
     with xr.open_dataset(out) as saved:
         assert saved.coordinate_amplitude.dims == ("point", "coordinate")
         assert saved.spring_at.values[0].tolist() == ["pitch", "flap"]
+
+
+# --- published sections ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("omega_bar", "zeta_alpha", "beta3", "unit", "linear", "fold"),
+    [(np.sqrt(0.2), 0.1, 40.0, 1.0, 4.080, None), (1.0, 0.2236, 200.0, 5.0, 0.9965, 0.908)],
+)
+def test_cubic_springs_in_both_coordinates(
+    omega_bar: float,
+    zeta_alpha: float,
+    beta3: float,
+    unit: float,
+    linear: float,
+    fold: float | None,
+) -> None:
+    """Chen, Chen & Liu (2012), Q = U²: as printed, and with a fifth of the pitch stiffness.
+
+    The first is supercritical, the second subcritical; its fold is that of one harmonic. Printed
+    to three digits.
+    """
+    section = TypicalSection(
+        mu=20, a_h=-0.1, x_alpha=0.25, r_alpha=np.sqrt(0.5), omega_bar=omega_bar,
+        zeta_alpha=zeta_alpha, zeta_xi=0.1118,
+    )  # fmt: skip
+    family = SectionModel(section, QuasiSteady(), ["heave", "pitch"])
+    assert root_locus(family).flutter.speed ** 2 / unit == pytest.approx(linear, abs=5e-4)
+    options = DescribingOptions(points=20, speed_ratio_range=(0.5, 1.5))
+    (one,) = describing_curve(family, (Cubic(1, 25.0), Cubic(1, beta3)), options).families
+    if fold is None:
+        assert (one.onset.kind, one.stable_onset.kind) == ("edge", "edge")
+        assert all(cycle.stable for cycle in one.cycles)
+    else:
+        assert one.onset.kind == "fold"
+        assert one.onset.speed**2 / unit == pytest.approx(fold, abs=2e-3)
+
+
+def rig(m: float, heave: float, S: float, I_alpha: float, **rest: float) -> SectionFamily:
+    section = TypicalSection.from_si(m=m, m_heave=heave, S=S, I_alpha=I_alpha, **rest)
+    return SectionFamily(section)
+
+
+def test_bristol_rig() -> None:
+    """Heave, mm, of the stable cycles of model 1's own equations, at four airspeeds in m/s.
+
+    The measured ones are 19.2, 25.9, 32.7 and 44.3: the model is softer than the rig.
+    """
+    family = rig(
+        5.3, 16.9, 0.1908, 0.1724, b=0.15, rho=1.204, K_alpha=54.1162, K_h=3529.4,
+        c_alpha=0.5628, c_h=14.5756,
+    )  # fmt: skip
+    scale = family.section.scale
+    assert scale is not None
+    flutter = root_locus(family).flutter
+    assert scale.velocity(flutter.speed) == pytest.approx(17.957, abs=5e-4)
+    spring = Polynomial((1.0, 751.6 / 54.1162, 5006.7 / 54.1162))
+    options = HarmonicOptions(harmonics=7, max_step=0.1, speed_ratio_range=(0.8, 1.05))
+    (branch,) = harmonic_families(family, spring, options)
+    stable = [cycle for cycle in branch.cycles if cycle.stable]
+    speeds = [scale.velocity(cycle.speed) for cycle in stable]
+    heaves = [150 * cycle.coordinates[0].amplitude for cycle in stable]
+    order = np.argsort(speeds)
+    found = np.interp([14.9, 15.6, 16.5, 17.3], np.array(speeds)[order], np.array(heaves)[order])
+    assert found == pytest.approx([21.7, 25.4, 29.1, 32.1], abs=0.15)
+
+
+def test_nata() -> None:
+    """Flutter by Jones's terms with totals per span of 0.6 m, and a stable cycle below it."""
+    family = rig(
+        1.662 / 0.6, 12.387 / 0.6, 1.662 * 0.066 / 0.6, 0.065 / 0.6, a_h=-0.8424, b=0.135,
+        rho=1.225, K_alpha=2.82 / 0.6, K_h=2844.4 / 0.6, c_alpha=0.036 / 0.6, c_h=27.43 / 0.6,
+    )  # fmt: skip
+    scale, flutter = family.section.scale, root_locus(family).flutter
+    assert scale is not None
+    assert scale.velocity(flutter.speed) == pytest.approx(16.18, abs=5e-3)
+    assert scale.frequency_hz(flutter.k, flutter.speed) == pytest.approx(2.05, abs=5e-3)
+    spring = Polynomial((1.0, -22.1, 1315.5, -8580.0, 17289.7))
+    options = HarmonicOptions(harmonics=7, max_step=0.1, speed_ratio_range=(0.6, 1.1))
+    (branch,) = harmonic_families(family, spring, options)
+    assert branch.stable_onset is not None
+    assert scale.velocity(branch.stable_onset.speed) < 14.25  # where one was measured
+
+
+def test_exponents_of_two_springs(worn: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """On a cycle the largest but the zero one is what its multiplier says."""
+    found = said(capsys, "chaos", worn, "--speed-ratio", "0.7", "--cycles", "300")
+    assert found["verdict"] == "periodic"
+    first, second = found["lyapunov"][:2]
+    assert first == pytest.approx(0.0, abs=1e-4)
+    assert second == pytest.approx(found["floquet_exponent"], rel=0.02)

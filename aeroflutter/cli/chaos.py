@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.case import Case
-    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.lure import AnySystem
     from aeroflutter.model.section import Scale
     from aeroflutter.motion.chaos import Band, ChaosOptions, ChaosResult, ChaosScan, Edge
     from aeroflutter.motion.response import Initial
@@ -121,7 +121,7 @@ class _Study:
 
         speeds = airspeeds.speeds(case, EXACTLY_ONE)
         assert speeds is not None  # or it is refused
-        flutter = flutter_speed(case.family())
+        flutter = flutter_speed(case.loop()[0])
         given = tuple(zip(("zeta_alpha", "zeta_xi"), zetas, strict=True))
         damping = tuple(
             (name, numbers("--" + name.replace("_", "-"), text))
@@ -169,9 +169,9 @@ class _Study:
             return float(self.speeds[0])
         return value * self.flutter if self.varied == "speed_ratio" and self.flutter else value
 
-    def system(self, value: float) -> LureSystem:
+    def system(self, value: float) -> AnySystem:
         """The section at a value of the parameter."""
-        return self.case_at(value).family().at(self.speed_at(value))
+        return self.case_at(value).loop()[0].at(self.speed_at(value))
 
     def known(self) -> dict[str, Any]:
         """What is the same at every value."""
@@ -197,7 +197,7 @@ def _one(study: _Study, settings: ChaosOptions, output: Output) -> None:
     from aeroflutter.motion.chaos import chaos as analyse
 
     value = float(study.values[0])
-    system, spring = study.system(value), study.case.spring
+    system, spring = study.system(value), study.case.loop()[1]
     with late_bar("following the motion") as tick:
         result = analyse(system, spring, study.start, settings, tick)
     facts = {**study.known(), **study.facts(value)}
@@ -247,7 +247,7 @@ def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, outp
 
     with late_bar("scanning") as tick:
         scan = chaos_scan(
-            study.system, study.values, study.case.spring, study.start, settings,
+            study.system, study.values, study.case.loop()[1], study.start, settings,
             follow=follow, progress=tick,
         )  # fmt: skip
         bands = [_band(study, band, settings, edges) for band in scan.bands]
@@ -276,7 +276,9 @@ def _band(study: _Study, band: Band, settings: ChaosOptions, halve: bool) -> dic
         if edge is None:
             return None
         if halve:
-            edge = band_edge(study.system, edge, study.case.spring, study.start, settings, HALVINGS)
+            edge = band_edge(
+                study.system, edge, study.case.loop()[1], study.start, settings, HALVINGS
+            )
         return [float(edge.outside), float(edge.inside)]
 
     return {
@@ -316,13 +318,13 @@ def _place(band: dict[str, Any], side: str) -> str:
     return f"between {low:.6g} and {high:.6g}"
 
 
-def _figure(study: _Study, value: float, system: LureSystem, result: ChaosResult) -> Figure:
+def _figure(study: _Study, value: float, system: AnySystem, result: ChaosResult) -> Figure:
     from aeroflutter.plots.chaos import plot_chaos
     from aeroflutter.plots.style import Clock, literal
 
     if result.section.pitch.size == 0:
         raise InputError(f"--plot: the motion is {result.verdict}, there is no attractor to draw")
-    response = result.trace(system, study.case.spring)
+    response = result.trace(system, study.case.loop()[1])
     title = f"{literal(study.case.title)}, {_at(study, value)}: {result.name}"
     return plot_chaos(result, response, title, Clock.of(study.speed_at(value), study.scale))
 

@@ -66,7 +66,7 @@ class CaseModel:
         case = self._case({name: v for name, v in values.items() if name not in SPEEDS})
         initial = Initial(**case.initial._asdict())
         speed = self._speed(case, values)
-        return Specimen(case.family(), case.spring, initial, speed, case.scale)
+        return Specimen(*case.loop(), initial, speed, case.scale)
 
     def identity(self) -> dict[str, Any]:
         """The case and where it is marched."""

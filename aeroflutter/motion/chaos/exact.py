@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,12 +14,13 @@ from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.march import March
 from aeroflutter.motion.spectra import PoincareSection
+from aeroflutter.springs import each
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
@@ -37,25 +38,30 @@ class ExactEngine:
     default_cycles: int = 20_000
 
     @classmethod
-    def of(cls, system: LureSystem, spring: Spring) -> ExactEngine:
-        """The engine of one system with one spring."""
-        return cls(Flow(system, [spring]))
+    def of(cls, system: AnySystem, spring: Springs) -> ExactEngine:
+        """The engine of one system with its springs."""
+        return cls(Flow(system, each(spring)))
 
-    def land(self, state: Array, memory: float) -> Landing:
+    def land(self, state: Array, memory: Any) -> Landing:
         """End state, proved or found by Newton; for a limit cycle, a point that is on it."""
         end = end_state(self.flow, state, memory)
         point, held = end.final_state, end.final_memory
         if end.cycle is not None:
-            point, held = end.cycle.z[0, :-1], float(end.cycle.z[0, -1])
+            n = self.flow.n
+            point, held = end.cycle.z[0, :n], _own(end.cycle.z[0, n:])
         return Landing(
             state=end.state, reason=end.reason, loops=end.loops, period=end.period,
             multiplier=end.multiplier, rest=end.rest, state_vector=point, memory=held,
         )  # fmt: skip
 
-    def slope(self, landing: Landing) -> float:
-        """Slope of the branch on which the motion is."""
-        y = float(self.flow.C[0] @ landing.state_vector)
-        return self.flow.pieces[0].branch(y, landing.memory)[0]
+    def slope(self, landing: Landing) -> Any:
+        """Slope of the branch on which the motion is, of each of several springs."""
+        outputs, held = self.flow.C @ landing.state_vector, np.atleast_1d(landing.memory)
+        slopes = [
+            piece.branch(float(y), float(memory))[0]
+            for piece, y, memory in zip(self.flow.pieces, outputs, held, strict=True)
+        ]
+        return _own(np.array(slopes))
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
         """Follow the motion with `exponents` tangents over `count` maxima."""
@@ -76,9 +82,14 @@ class ExactEngine:
             state_names=flow.system.state_names,
         )
         return Growth(
-            section=section, memory=points[:, n], troughs=troughs, time=times, logs=logs,
-            final_state=last.x, final_memory=float(last.memory[0]),
-        )  # fmt: skip
+            section=section,
+            memory=points[:, n] if flow.m == 1 else points[:, n:],
+            troughs=troughs,
+            time=times,
+            logs=logs,
+            final_state=last.x,
+            final_memory=_own(last.memory),
+        )
 
     def _unit(self, reach: Array) -> Array:
         """What counts as one of each (x, h): the size of each state, and that of y for its h."""
@@ -86,6 +97,11 @@ class ExactEngine:
         sizes = np.abs(self.flow.C) @ reach
         memories = np.where(sizes > 0.0, sizes, largest)
         return np.concatenate((np.where(reach > 0.0, reach, largest), memories))
+
+
+def _own(values: Array) -> Any:
+    """The number of one spring, or those of several."""
+    return float(values[0]) if values.size == 1 else values
 
 
 @dataclass

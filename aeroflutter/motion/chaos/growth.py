@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -26,7 +26,8 @@ class Growth:
     section
         Time, y and states at the maxima of y, m of them.
     memory, troughs
-        Memory there, and the lowest minimum of y since the maximum before, (m,).
+        Memory there, of several springs (m, springs), and the lowest minimum of y since the
+        maximum before, (m,).
     time, logs
         When tangents were made orthonormal again and the logarithms of their growth, (r,), (r, k).
     final_state, final_memory
@@ -39,7 +40,7 @@ class Growth:
     time: Array = field(repr=False)
     logs: Array = field(repr=False)
     final_state: Array = field(repr=False)
-    final_memory: float
+    final_memory: Any
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +66,7 @@ class Landing:
     multiplier: float
     rest: float
     state_vector: Array = field(repr=False)
-    memory: float
+    memory: Any
 
 
 class Engine(Protocol):
@@ -83,11 +84,11 @@ class Engine(Protocol):
     @property
     def default_cycles(self) -> int: ...
 
-    def land(self, state: Array, memory: float) -> Landing: ...
+    def land(self, state: Array, memory: Any) -> Landing: ...
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth: ...
 
-    def slope(self, landing: Landing) -> float: ...
+    def slope(self, landing: Landing) -> Any: ...
 
 
 def first_tangents(rows: int, columns: int) -> Array:

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.lure import AnySystem
     from aeroflutter.motion.chaos.options import ChaosOptions
-    from aeroflutter.springs import Spring
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
-    Systems = Callable[[float], LureSystem]
+    Systems = Callable[[float], AnySystem]
 
 __all__ = ["Band", "ChaosScan", "Edge", "band_edge", "chaos_scan"]
 
@@ -91,7 +91,7 @@ class ChaosScan:
 def chaos_scan(
     at: Systems,
     values: ArrayLike,
-    spring: Spring,
+    spring: Springs,
     initial: Initial | None = None,
     options: ChaosOptions | None = None,
     *,
@@ -142,7 +142,7 @@ def _onward(result: ChaosResult) -> Initial:
 def band_edge(
     at: Systems,
     edge: Edge,
-    spring: Spring,
+    spring: Springs,
     initial: Initial | None = None,
     options: ChaosOptions | None = None,
     steps: int = 10,

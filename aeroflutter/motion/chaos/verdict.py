@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from aeroflutter.errors import InputError
+from aeroflutter.model.lure import LureSystem
 from aeroflutter.motion.chaos.exponents import Exponents, measured, of_eigenvalues
 from aeroflutter.motion.chaos.options import ChaosOptions
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
-from aeroflutter.springs import simplify, straight
+from aeroflutter.springs import alone, each, simplify, straight
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.lure import AnySystem
     from aeroflutter.motion.chaos.growth import Engine, Growth, Landing
     from aeroflutter.motion.spectra import PoincareSection
-    from aeroflutter.springs import Spring
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
@@ -96,7 +99,7 @@ class ChaosResult:
     troughs: Array = field(repr=False)
     transient: int
     final_state: Array = field(repr=False)
-    final_memory: float
+    final_memory: Any
 
     @property
     def name(self) -> str:
@@ -113,7 +116,7 @@ class ChaosResult:
         """The n maxima of y of a periodic motion, else the last `most`, rad."""
         return self.section.pitch[-min(self.loops or most, most) :]
 
-    def trace(self, system: LureSystem, spring: Spring, cycles: int = 400) -> Response:
+    def trace(self, system: AnySystem, spring: Springs, cycles: int = 400) -> Response:
         """The motion marched on with samples, for phase planes and spectra.
 
         Parameters
@@ -133,8 +136,8 @@ class ChaosResult:
 
 
 def chaos(
-    system: LureSystem,
-    spring: Spring,
+    system: AnySystem,
+    spring: Springs,
     initial: Initial | None = None,
     options: ChaosOptions | None = None,
     progress: Callable[[float], None] | None = None,
@@ -196,12 +199,17 @@ def chaos(
     return _settled(system, engine, landing, count, transient)
 
 
-def _engine(system: LureSystem, spring: Spring, progress: Callable[[float], None] | None) -> Engine:
-    simple = simplify(spring)
-    if straight(simple):
+def _engine(system: AnySystem, spring: Springs, progress: Callable[[float], None] | None) -> Engine:
+    simple = alone([simplify(one) for one in each(spring)])
+    if all(map(straight, each(simple))):
         from aeroflutter.motion.chaos.exact import ExactEngine
 
         return ExactEngine.of(system, simple)
+    if isinstance(simple, Sequence) or not isinstance(system, LureSystem):
+        raise InputError(
+            "spring: several springs of which one has no straight pieces are followed by "
+            "`simulate` and `hb` alone"
+        )
     from aeroflutter.motion.chaos.smooth import SmoothEngine
 
     return SmoothEngine(system, simple, progress)
@@ -295,7 +303,7 @@ def recurrence(states: Array, tolerance: float = RECURS) -> int:
 
 
 def _settled(
-    system: LureSystem, engine: Engine, landing: Landing, count: int, transient: int
+    system: AnySystem, engine: Engine, landing: Landing, count: int, transient: int
 ) -> ChaosResult:
     """The result of a motion that came to rest or left."""
     from aeroflutter.motion.spectra import PoincareSection

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.lure import AnyFamily
 from aeroflutter.model.section import Scale
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions
-from aeroflutter.springs import Spring
+from aeroflutter.springs import Springs, alone
 from aeroflutter.studies.maps.cells import Group
 from aeroflutter.studies.maps.engines import FAILED, MARCH, decide, march_identity
 from aeroflutter.studies.maps.executors import Threads
@@ -38,8 +38,8 @@ class Specimen(NamedTuple):
     `scale` turns its results into SI units, if anything does: each section has its own.
     """
 
-    family: LureFamily
-    spring: Spring
+    family: AnyFamily
+    spring: Springs
     initial: Initial
     speed: float | None
     scale: Scale | None = None
@@ -243,7 +243,7 @@ class SweepStudy:
         system = specimen.family.at(speed)
         state, memory = specimen.initial.start(system, specimen.spring)
         index = np.zeros(1, dtype=np.int64)
-        group = Group(index, system, specimen.spring, state[None, :], np.array([memory]))
+        group = Group(index, system, alone(specimen.spring), state[None, :], np.array([memory]))
         ends = decide(group, self.options.march)
         return {
             "marched_at": speed,
