@@ -49,7 +49,50 @@ _EXPORTS = {
     "simplify": "springs",
     "Case": "case.case",
     "load_case": "case.case",
+    # analyses: each takes a case, a section or a family
+    "root_locus": "linear.rootlocus",
+    "flutter_speed": "linear.rootlocus",
+    "RootLocusOptions": "linear.rootlocus",
+    "describing_curve": "orbits.describing",
+    "describing_at": "orbits.describing",
+    "DescribingOptions": "orbits.describing",
+    "harmonic_balance": "orbits.harmonic",
+    "harmonic_families": "orbits.harmonic",
+    "HarmonicOptions": "orbits.harmonic",
+    "limit_cycles": "orbits.cycles",
+    "cycles_at": "orbits.cycles",
+    "CycleOptions": "orbits.cycles",
+    "loop_test": "guarantees.looptest",
+    "LoopTestOptions": "guarantees.looptest",
+    "onset": "guarantees.onset",
+    "tolerance": "studies.tolerance",
+    "largest_gap": "studies.tolerance",
+    "least_friction": "studies.tolerance",
+    "simulate": "motion",
+    "Initial": "motion",
+    "SimulateOptions": "motion",
+    "there_and_back": "motion.sweeps",
+    "chaos": "motion.chaos",
+    "chaos_scan": "motion.chaos",
+    "ChaosOptions": "motion.chaos",
+    "flutter_map": "studies.cases",
+    "Axis": "studies.maps",
+    "Grid": "studies.maps",
+    "MapOptions": "studies.maps",
+    "sweep": "studies.sampled",
+    "vary": "studies.vary",
+    "to_json": "results",
+    "to_dataset": "results",
+    "to_dataframe": "results",
 }
+
+_LATER = {
+    "plot": ("plots.drawing", "draw"),
+    "dataset": ("results", "to_dataset"),
+    "dataframe": ("results", "to_dataframe"),
+    "html": ("results.html", "html"),
+}
+"""Who draws and encodes results: above the analyses, so called by name and only when wanted."""
 
 __all__ = ["__version__", *_EXPORTS]
 _former.install()
@@ -62,6 +105,12 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(f"{__name__}.{_EXPORTS[name]}"), name)
     globals()[name] = value
     return value
+
+
+def _later(name: str) -> Any:
+    """The function that does something with results."""
+    module, attribute = _LATER[name]
+    return getattr(import_module(f"{__name__}.{module}"), attribute)
 
 
 def __dir__() -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.guarantees.section import cut
 from aeroflutter.guarantees.verdict import Guarantees, guarantees_at
@@ -90,7 +91,7 @@ class LoopCycle:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LoopTest:
+class LoopTest(Result):
     """Frequency response of the loop at one speed, beside the verdict.
 
     Attributes
@@ -117,6 +118,7 @@ class LoopTest:
     spoils: float
 
 
+@analysis(speed="speed")
 def loop_test(
     family: LureFamily,
     spring: Spring,

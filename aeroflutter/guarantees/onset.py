@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import InputError
 from aeroflutter.guarantees.absence import Absence, Uncovered, absence
 from aeroflutter.linear.rootlocus import RootLocus, root_locus
@@ -15,7 +16,7 @@ __all__ = ["Onset", "onset"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Onset:
+class Onset(Result):
     """Where oscillation begins, from both sides.
 
     Attributes
@@ -67,6 +68,7 @@ class Onset:
         return 1.0 - self.free_below / self.lowest.cycle.speed
 
 
+@analysis()
 def onset(
     family: LureFamily,
     spring: Spring,

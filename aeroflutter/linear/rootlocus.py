@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.bracket import bracketed_root
 from aeroflutter.errors import InputError
 from aeroflutter.linear.modes import Track, closed_matrices, follow, solve_modes
@@ -96,7 +97,7 @@ class Crossing:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RootLocus:
+class RootLocus(Result):
     """Result of :func:`root_locus`.
 
     Attributes
@@ -127,6 +128,7 @@ class RootLocus:
     roots: Complex
 
 
+@analysis(spring=False)
 def root_locus(
     family: AnyFamily,
     options: RootLocusOptions | None = None,
@@ -174,12 +176,14 @@ def root_locus(
     )
 
 
+@analysis(spring=False)
 def flutter_point(family: AnyFamily, options: RootLocusOptions | None = None) -> Crossing | None:
     """The lowest crossing from damped to growing, or None if there is none in the range."""
     options = options or RootLocusOptions()
     return _first_growing(_crossings(family, options.stiffness, _search(family, options)))
 
 
+@analysis(spring=False)
 def flutter_speed(family: AnyFamily, stiffness: float = 1.0) -> float | None:
     """Linear flutter speed U*_L for a pitch stiffness, or None if there is none in the range."""
     point = flutter_point(family, RootLocusOptions(stiffness=stiffness))

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from aeroflutter.analysis import Result, at_a_speed
 from aeroflutter.errors import InputError
 from aeroflutter.limits import within
 from aeroflutter.model.lure import as_system
@@ -258,7 +259,7 @@ def _not_positive(name: str, value: float) -> list[str]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Response:
+class Response(Result):
     """What a run came to, and its trace.
 
     Attributes
@@ -325,6 +326,7 @@ class Response:
     extras: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
 
+@at_a_speed
 def simulate(
     system: AnySystem,
     spring: Springs,

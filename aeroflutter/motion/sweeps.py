@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
@@ -45,7 +46,7 @@ class Jump:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sweep:
+class Sweep(Result):
     """One pass over the speeds, in the order in which they were visited.
 
     Attributes
@@ -81,6 +82,7 @@ class Sweep:
         return bool(self.speeds[-1] >= self.speeds[0])
 
 
+@analysis(speed="speeds")
 def sweep(
     family: AnyFamily,
     spring: Springs,
@@ -143,6 +145,7 @@ def sweep(
     return _gathered(visited[: len(runs)], runs, end)
 
 
+@analysis(speed="speeds")
 def there_and_back(
     family: AnyFamily,
     spring: Springs,

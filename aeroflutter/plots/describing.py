@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from aeroflutter.orbits.describing import DescribingCurve
 
 
+LEAST = 1e-8  # distortion that is drawn; below it a motion is sinusoidal
+
+
 def plot_describing(
     result: DescribingCurve,
     title: str = "",
@@ -101,13 +104,14 @@ def _distortion(axes: Axes, result: DescribingCurve) -> None:
             name = "distortion"
         axes.plot(
             np.degrees(result.amplitude[mine]),
-            100 * np.where(result.distortion[mine] > 1e-8, result.distortion[mine], np.nan),
+            100 * np.where(result.distortion[mine] > LEAST, result.distortion[mine], np.nan),
             color=colour,
             label=name,
         )
     if result.amplitude.size:
         axes.set_xscale("log")
-        axes.set_yscale("log")
+        if (result.distortion > LEAST).any():
+            axes.set_yscale("log")
         if len(result.families) > 1:
             axes.legend()
     axes.set_xlabel(look.AMPLITUDE)
@@ -148,4 +152,5 @@ def _errors(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
             axes.plot(amplitude[seen], error[seen], linestyle="none", label=label, **mark)
     axes.set_ylabel("per cent")
     axes.set_title("predicted distortion (line) and error of speed")
-    axes.legend(fontsize=7.5)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=7.5)

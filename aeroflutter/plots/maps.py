@@ -127,6 +127,13 @@ def draw(axes: Axes, found: FlutterMap) -> None:
     _boundaries(axes, found)
 
 
+def draw_labelled(axes: Axes, found: FlutterMap) -> None:
+    """The regions of a map with the names of its axes."""
+    draw(axes, found)
+    axes.set_xlabel(LABELS.get(found.grid.x.key, found.grid.x.key))
+    axes.set_ylabel(LABELS.get(found.grid.y.key, found.grid.y.key))
+
+
 def _boundaries(axes: Axes, found: FlutterMap) -> None:
     """Refined boundaries, if there are any."""
     points = []
@@ -237,6 +244,14 @@ def plot_sweep(found: SweepResult, title: str = "", *, si: bool = True) -> Figur
         if title:
             look.headline(figure, title)
     return figure
+
+
+def draw_sweep(axes: Axes, found: SweepResult, *, si: bool = True) -> None:
+    """The distribution of the flutter speed."""
+    name = "flutter_velocity_m_s" if si and found.of("flutter_velocity_m_s").size else ""
+    _histogram(axes, found.of(name or "flutter_speed"))
+    axes.set_xlabel(IN_METRES[name] if name else SWEEP_PANELS["flutter_speed"])
+    axes.set_ylabel("sections")
 
 
 def _histogram(axes: Axes, values: Array) -> None:

@@ -56,7 +56,10 @@ def plot_members(found: Members, title: str = "", *, si: bool = True) -> Figure:
 
 
 def draw(axes: Axes, found: Members, *, si: bool = True) -> None:
-    """Amplitude over airspeed, a colour a member."""
+    """Amplitude over airspeed, or damping of root loci, a colour a member."""
+    if hasattr(found.members[0].result, "roots"):
+        _damping(axes, found, si)
+        return
     for member, colour in _coloured(found):
         across = _across(found, member, si)
         label: str | None = f"{member.value:g}"

@@ -35,7 +35,7 @@ def to_json(result: object, *, case: Case | None = None) -> dict[str, Any]:
     result : object
         A result object of any analysis; several branches of the harmonic balance as a tuple.
     case : Case, optional
-        Its scale gives SI units.
+        Its scale gives SI units; by default the case that the result was computed of, if any.
 
     Raises
     ------
@@ -51,8 +51,15 @@ def fields_of(result: object, case: Case | None = None) -> dict[str, Any]:
     from aeroflutter.results.layouts import layout_of
     from aeroflutter.results.schema import record
 
-    found = record(*layout_of(result), None if case is None else case.scale)
+    case, speed = context_of(result, case)
+    found = record(*layout_of(result), None if case is None else case.scale, speed)
     return found if case is None else {**found, **case.own_units}
+
+
+def context_of(result: object, case: Case | None = None) -> tuple[Case | None, float | None]:
+    """The case and the U* that a result belongs to, where it knows them or the case is given."""
+    known = getattr(result, "context", {})
+    return case if case is not None else known.get("case"), known.get("speed")
 
 
 def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:

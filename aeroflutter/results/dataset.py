@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from aeroflutter.results import context_of
 from aeroflutter.results.fields import FIELDS, TEXT, Field
 from aeroflutter.results.layouts import layout_of
 from aeroflutter.results.schema import Above, columns
@@ -55,7 +56,8 @@ def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:
     Angles are in degrees, and complex numbers have a dimension `part`, since NetCDF knows none.
     Where a number does not exist stands NaN, or -1 among whole numbers and flags.
     """
-    return encoded(*layout_of(result), case)
+    case, speed = context_of(result, case)
+    return encoded(*layout_of(result), case, speed)
 
 
 def to_dataframe(result: object, *, case: Case | None = None) -> pd.DataFrame:
@@ -77,8 +79,9 @@ def to_dataframe(result: object, *, case: Case | None = None) -> pd.DataFrame:
     InputError
         If the object is not the result of an analysis.
     """
+    case, speed = context_of(result, case)
     found, layout = layout_of(result)
-    dataset = encoded(found, layout, case)
+    dataset = encoded(found, layout, case, speed)
     main = [name for name in layout.frame if name in dataset.dims]
     chosen = [name for name, one in dataset.variables.items() if {*main} & {*one.dims}]
     spread = {
@@ -103,13 +106,15 @@ def _spread(variable: xr.DataArray, main: list[str]) -> dict[str, xr.DataArray]:
     return parts
 
 
-def encoded(result: Any, layout: Layout, case: Case | None = None) -> xr.Dataset:
+def encoded(
+    result: Any, layout: Layout, case: Case | None = None, speed: float | None = None
+) -> xr.Dataset:
     """What a layout reads of an object, as a Dataset."""
     variables: dict[str, Any] = {}
     attributes: dict[str, Any] = {}
     scale = None if case is None else case.scale
     for column in columns(layout, scale):
-        value = column.read(result, Above(None, scale))
+        value = column.read(result, Above(speed, scale))
         if _absent(value, bool(column.derived)):
             continue
         if column.field.dims:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
@@ -17,7 +17,16 @@ from aeroflutter.errors import InputError
 from aeroflutter.model.lure import AnyFamily, AnySystem
 from aeroflutter.model.section import Scale
 from aeroflutter.motion.response import Initial
-from aeroflutter.studies.maps import Axis, Grid, Group
+from aeroflutter.studies.maps import (
+    Axis,
+    Cells,
+    Executor,
+    FlutterMap,
+    Grid,
+    Group,
+    MapOptions,
+    Progress,
+)
 from aeroflutter.studies.maps.cells import started
 
 Array = NDArray[np.float64]
@@ -31,6 +40,7 @@ MOTION = {
     "initial.beta_deg": "beta",
     "initial.beta_rate_deg": "beta_rate",
 }
+ALPHA_DEG = tuple(np.linspace(1.0, 15.0, 29))
 CHECKED = 16  # values of an axis tried before a map begins
 
 
@@ -136,6 +146,53 @@ def _alike(columns: list[Array], count: int) -> list[NDArray[np.int64]]:
     ends = np.cumsum(np.bincount(place))
     parts = np.split(order, ends[:-1])
     return [parts[k] for k in np.argsort(first)]
+
+
+def flutter_map(
+    case: Case | Cells,
+    options: MapOptions | None = None,
+    *,
+    speed_ratio: ArrayLike | None = None,
+    speed: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    alpha_deg: ArrayLike = ALPHA_DEG,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> FlutterMap:
+    """How the motion ends for every airspeed and initial pitch.
+
+    Parameters
+    ----------
+    case : Case or Cells
+        A case; or cells of any kind, which have their axes already.
+    options : MapOptions, optional
+    speed_ratio, speed, velocity : array (m,)
+        Airspeeds, one of the three: U*/U*_L, U*, or V in m/s where the case has SI data.
+    alpha_deg : array (n,)
+        Initial pitch, degrees.
+    executor, progress
+        As for `maps.flutter_map`.
+
+    Raises
+    ------
+    InputError
+        If not exactly one kind of airspeed is given, or the case is not valid there.
+    """
+    from aeroflutter.studies.maps import flutter_map as decide
+
+    if not isinstance(case, Case):
+        return decide(case, options, executor=executor, progress=progress)
+    airspeeds = {"speed_ratio": speed_ratio, "speed": speed, "velocity": velocity}
+    given = [(key, values) for key, values in airspeeds.items() if values is not None]
+    if len(given) != 1:
+        raise InputError("speed: give one of speed_ratio, speed and velocity")
+    [(key, values)] = given
+    grid = Grid(
+        Axis(key, np.atleast_1d(np.asarray(values, dtype=float))),
+        Axis("initial.alpha_deg", np.atleast_1d(np.asarray(alpha_deg, dtype=float))),
+    )
+    cells = CaseCells(case.text, case.source, grid)
+    return decide(cells, options, executor=executor, progress=progress).about(case=case)
 
 
 def in_si(case: Case) -> Scale:

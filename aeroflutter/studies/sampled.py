@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
 from aeroflutter.motion.response import Initial
 from aeroflutter.studies.cases import SPEEDS, changed_case, in_si
-from aeroflutter.studies.maps.sampling import Distribution
-from aeroflutter.studies.maps.sweep import Specimen
+from aeroflutter.studies.maps import Executor, Progress
+from aeroflutter.studies.maps.sampling import Distribution, parse_distribution
+from aeroflutter.studies.maps.sampling import sample as draw
+from aeroflutter.studies.maps.sweep import Model, Specimen, SweepOptions, SweepResult
+from aeroflutter.studies.maps.sweep import sweep as sweep_model
 
 
 @dataclass(frozen=True)
@@ -89,3 +93,63 @@ class CaseModel:
     def _nominal_flutter(self) -> float:
         _, _, flutter = changed_case(self.text, self.source, ())
         return flutter()
+
+
+def sweep(
+    case: Case | Model,
+    vary: Mapping[str, str | Distribution | ArrayLike],
+    number: int = 200,
+    *,
+    seed: int = 0,
+    design: str = "random",
+    speed_ratio: float | None = None,
+    speed: float | None = None,
+    velocity: float | None = None,
+    options: SweepOptions | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> SweepResult:
+    """Flutter speed, onset and end state for every section of a sample of a case.
+
+    Parameters
+    ----------
+    case : Case or Model
+        A case; or a model of any kind.
+    vary : mapping
+        By key of the case its distribution, as in ``{"section.mu": "normal(100,5)"}``, or its
+        values, (N,), all keys alike.
+    number, seed, design
+        Of the sample, where distributions are given; as for `maps.sampling.sample`.
+    speed_ratio, speed, velocity : float, optional
+        Where motions are marched; ratios are of the nominal case's flutter speed.
+    options : SweepOptions, optional
+        What is computed; ``onset=ExactOnset()`` finds onsets exactly.
+    executor, progress
+        As for `maps.sweep.sweep`.
+
+    Raises
+    ------
+    InputError
+        If a key is none of the case, a distribution cannot be read, or speeds are given twice.
+    """
+    drawn = {
+        key: parse_distribution(one) if isinstance(one, str) else one for key, one in vary.items()
+    }
+    distributions = {key: one for key, one in drawn.items() if isinstance(one, Distribution)}
+    samples = {
+        key: np.asarray(one, dtype=float)
+        for key, one in drawn.items()
+        if not isinstance(one, Distribution)
+    }
+    if distributions:
+        samples |= draw(distributions, number, seed, design)
+    if not isinstance(case, Case):
+        return sweep_model(case, samples, options, executor=executor, progress=progress)
+    speeds = {"speed_ratio": speed_ratio, "speed": speed, "velocity": velocity}
+    given = [(name, float(value)) for name, value in speeds.items() if value is not None]
+    if len(given) > 1:
+        raise InputError("speed: give one of speed_ratio, speed and velocity at most")
+    model = CaseModel(case.text, case.source, *(given[0] if given else (None, 0.0)))
+    model.check(distributions)
+    found = sweep_model(model, samples, options, executor=executor, progress=progress)
+    return found.about(case=case)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import FixedFamily, LureFamily
 from aeroflutter.orbits.cycles.assemble import Family
@@ -32,7 +33,7 @@ _NARROW = 2e-3  # U*/U*_L: narrower gaps between stable cycles are not mentioned
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tolerance:
+class Tolerance(Result):
     """What keeps every stable limit cycle below an amplitude up to a speed.
 
     Attributes
@@ -75,6 +76,7 @@ class Tolerance:
         return self.worst is None and (self.vary == "size" or self.spring is None)
 
 
+@analysis(speed="speed_ratio", relative=True)
 def tolerance(
     family: LureFamily,
     spring: Spring,
@@ -129,6 +131,7 @@ def tolerance(
     )
 
 
+@analysis(speed="speed_ratio", relative=True)
 def least_friction(
     family: LureFamily,
     spring: Spring,
@@ -171,6 +174,7 @@ def least_friction(
     return loops.answer(0.0 if bad is None else loops.bisected(good, bad))
 
 
+@analysis(speed="speed_ratio", relative=True)
 def largest_gap(
     family: LureFamily,
     spring: Spring,

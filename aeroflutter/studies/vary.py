@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+from aeroflutter.analysis import Result
 from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
 
 __all__ = ["Changeable", "Member", "Members", "vary"]
@@ -41,7 +42,7 @@ class Member:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Members:
+class Members(Result):
     """A family of results over the values of a key.
 
     Attributes
@@ -112,4 +113,4 @@ def vary(
     found = Members(key=key, every=tuple(every))
     if not found.members:
         raise ConvergenceError("; ".join(found.problems), found)
-    return found
+    return found.about(case=case)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from aeroflutter.analysis import Result
 from aeroflutter.errors import InputError
 from aeroflutter.motion.chaos.verdict import ChaosResult, chaos
 from aeroflutter.motion.response import Initial
@@ -43,7 +44,7 @@ class Band(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ChaosScan:
+class ChaosScan(Result):
     """Verdicts over a parameter.
 
     Attributes

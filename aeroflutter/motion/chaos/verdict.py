@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from aeroflutter.analysis import Result, at_a_speed
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import LureSystem
 from aeroflutter.motion.chaos.exponents import Exponents, measured, of_eigenvalues
@@ -50,7 +51,7 @@ PROVISIONAL = ("undecided", "quasi-periodic")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ChaosResult:
+class ChaosResult(Result):
     """What kind of motion it is.
 
     Attributes
@@ -135,6 +136,7 @@ class ChaosResult:
         )
 
 
+@at_a_speed
 def chaos(
     system: AnySystem,
     spring: Springs,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import InputError
 from aeroflutter.model.family import FixedModel, Matrices
 from aeroflutter.model.lure import AnyFamily, FixedFamily, as_system
@@ -25,7 +26,7 @@ _FAR = 2000.0  # amplitude followed, in units of the spring's scale: near U*_L c
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CyclesAt:
+class CyclesAt(Result):
     """The limit cycles at one speed.
 
     Attributes
@@ -44,6 +45,7 @@ class CyclesAt:
     branch: LimitCycles
 
 
+@analysis(speed="speed")
 def cycles_at(
     family: AnyFamily,
     spring: Springs,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from aeroflutter.analysis import Result
 from aeroflutter.orbits.result import Bifurcation, Cycle, Onset
 from aeroflutter.orbits.result import Branch as CycleFamily
 from aeroflutter.orbits.result import Onset as CycleOnset
@@ -12,7 +13,7 @@ __all__ = ["Bifurcation", "Cycle", "CycleFamily", "CycleOnset", "LimitCycles"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LimitCycles:
+class LimitCycles(Result):
     """Amplitude against speed, exactly.
 
     Attributes

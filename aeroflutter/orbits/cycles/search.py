@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import analysis
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_point
 from aeroflutter.model.family import FixedModel
@@ -66,6 +67,7 @@ _NEUTRAL = 3e-3  # of U*/U*_L about one, where it does not
 _THERE = 4  # times as many motions at a speed that is asked for
 
 
+@analysis()
 def limit_cycles(
     family: AnyFamily,
     spring: Springs,

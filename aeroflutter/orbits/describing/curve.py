@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aeroflutter.analysis import analysis
 from aeroflutter.errors import InputError
 from aeroflutter.linear.rootlocus import RootLocusOptions, flutter_point
 from aeroflutter.model.lure import (
@@ -29,7 +30,7 @@ from aeroflutter.orbits.describing.options import DescribingOptions
 from aeroflutter.orbits.describing.result import CycleFamily, DescribingCurve
 from aeroflutter.orbits.describing.stability import stability
 from aeroflutter.orbits.result import Bifurcation, Cycle, lowest
-from aeroflutter.springs import Spring, Springs, each, simplify
+from aeroflutter.springs import Linear, Spring, Springs, each, simplify
 
 __all__ = ["describing_at", "describing_curve"]
 
@@ -39,6 +40,7 @@ Place = TypeVar("Place", bound=Bifurcation)
 _STATIONS = 100  # cycles along a family from which its onset is told where no curve is returned
 
 
+@analysis()
 def describing_curve(
     family: AnyFamily, spring: Springs, options: DescribingOptions | None = None
 ) -> DescribingCurve:
@@ -85,6 +87,7 @@ def describing_curve(
     return search.result([_ascending(search.add(one, options.points)) for one in search.families])
 
 
+@analysis()
 def describing_at(
     family: AnyFamily,
     spring: Springs,
@@ -200,13 +203,19 @@ class _Search:
                 )
         if not parts:
             parts = [self._points(None, 0, np.empty((0, 4)))]
+        isolated = not isinstance(self.spring, Linear)
+        if self.families and not isolated:
+            self.notes.append(
+                "the spring is linear: at the flutter speed there are cycles of any amplitude, and "
+                "no onset of limit cycles"
+            )
         arrays = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         return DescribingCurve(
             **arrays,
             families=tuple(self.numbered),
             flutter_speed=self.flutter,
-            onset=lowest(one.onset for one in self.numbered),
-            stable_onset=lowest(one.stable_onset for one in self.numbered),
+            onset=lowest(one.onset for one in self.numbered if isolated),
+            stable_onset=lowest(one.stable_onset for one in self.numbered if isolated),
             amplitude_range=self.range,
             speed_range=self.speeds,
             notes=tuple(self.notes),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import Result
 from aeroflutter.motion.swings import Swing
 from aeroflutter.orbits.result import Branch as CycleFamily
 from aeroflutter.orbits.result import Onset
@@ -23,7 +24,7 @@ def _unmeasured(_: int) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DescribingCurve:
+class DescribingCurve(Result):
     """Amplitude against airspeed by the describing function.
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import analysis
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.lure import AnyFamily, LureFamily, as_family, as_lure
@@ -35,6 +36,7 @@ _LOCATED = 1e-8  # ln amplitude: the multipliers are not known any better
 _WALKED = 1e-7  # size of the last Newton update on a walk; its error is about the square
 
 
+@analysis()
 def harmonic_balance(
     family: AnyFamily, spring: Springs, options: HarmonicOptions | None = None
 ) -> HarmonicBranch:
@@ -64,6 +66,7 @@ def harmonic_balance(
     return branches[0]
 
 
+@analysis()
 def harmonic_families(
     family: AnyFamily,
     spring: Springs,

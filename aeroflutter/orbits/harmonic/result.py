@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import Result
 from aeroflutter.orbits.result import Bifurcation, Branch
 from aeroflutter.orbits.result import Onset as HarmonicOnset
 
@@ -19,7 +20,7 @@ Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HarmonicBranch(Branch):
+class HarmonicBranch(Branch, Result):
     """A family of cycles by harmonic balance, m of them, in the order in which it was followed.
 
     Its number is that of the describing function's family it started from; 0 for another start.

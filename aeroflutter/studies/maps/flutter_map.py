@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import Result
 from aeroflutter.errors import InputError
 from aeroflutter.kernels import expect
 from aeroflutter.motion.response import STATES, SimulateOptions
@@ -237,7 +238,7 @@ def _with_next(state: NDArray[np.int8], block: Any) -> NDArray[np.int8]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FlutterMap:
+class FlutterMap(Result):
     """A finished map. Arrays are (nx, ny); angles are degrees here, as in files.
 
     Attributes

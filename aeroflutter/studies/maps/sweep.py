@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.analysis import Result
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import AnyFamily
 from aeroflutter.model.section import Scale
@@ -291,7 +292,7 @@ def _onset(specimen: Specimen) -> dict[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SweepResult:
+class SweepResult(Result):
     """A finished sweep; arrays are (N,), angles in degrees.
 
     Attributes

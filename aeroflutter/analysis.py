@@ -1,0 +1,260 @@
+"""What every analysis and every result has in common: how it is entered, what can follow.
+
+An analysis is written for a family of systems and a spring. Called with a case it takes both from
+there, called with a section it makes the family. What it gives remembers the case, so that it can
+be drawn, and turned into a Dataset, in the case's units.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from copy import copy
+from typing import Any, ClassVar, Self, TypeVar
+
+import numpy as np
+
+from aeroflutter import _later
+from aeroflutter.errors import InputError
+
+__all__ = ["Result", "Results", "analysis", "at_a_speed"]
+
+SHOWN = 4  # entries of a tuple that a short repr lists
+SPEEDS = ("speed", "speed_ratio", "velocity")
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Result:
+    """Base of the results of analyses: a short repr, figures, Datasets and DataFrames.
+
+    Attributes
+    ----------
+    context
+        The case it belongs to, as `case`, and what else its caller knows: `speed`, say.
+    """
+
+    context: ClassVar[Mapping[str, Any]] = {}
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        if "__repr__" not in vars(cls):  # which dataclasses then leave alone
+            cls.__repr__ = Result.__repr__  # type: ignore[method-assign]
+
+    def about(self, **context: Any) -> Self:
+        """The same result, with what it belongs to."""
+        known = copy(self)
+        object.__setattr__(known, "context", {**self.context, **context})
+        return known
+
+    def __repr__(self) -> str:
+        parts = [
+            f"{name}={_short(value)}"
+            for name, value in vars(self).items()
+            if name != "context" and not name.startswith("_")
+        ]
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        """Its facts as a table, for notebooks."""
+        return str(_later("html")(self))
+
+    def plot(self, ax: Any = None, **options: Any) -> Any:
+        """Draw it as the command line does.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Draw the main panel there; a figure of all panels is made without.
+        **options
+            ``units="nondimensional"`` where the case has SI data; `title`.
+
+        Returns
+        -------
+        Figure or Axes
+            The figure that was made, or `ax`.
+        """
+        return _later("plot")(self, ax, **options)
+
+    def to_dataset(self, case: Any = None) -> Any:
+        """The result as an xarray Dataset, in SI units beside where its case has them."""
+        return _later("dataset")(self, case=case or self.context.get("case"))
+
+    def to_dataframe(self, case: Any = None) -> Any:
+        """Its main table as a pandas DataFrame."""
+        return _later("dataframe")(self, case=case or self.context.get("case"))
+
+
+class Results(tuple[Any, ...], Result):
+    """Several results of one analysis, such as the families of the harmonic balance."""
+
+    def about(self, **context: Any) -> Self:
+        """The same results, with what they belong to."""
+        known = type(self)(self)
+        known.context = {**self.context, **context}  # type: ignore[misc]
+        return known
+
+    def __repr__(self) -> str:
+        return (
+            f"{len(self)} of {self[0]!r}" if len(self) == 1 else f"({', '.join(map(repr, self))})"
+        )
+
+
+def _short(value: Any) -> str:
+    """A value in a few words."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, np.ndarray):
+        if value.ndim == 0:
+            return _short(value.item())
+        return f"<{' x '.join(map(str, value.shape))}>"
+    if isinstance(value, tuple | list):
+        plain = all(isinstance(one, (int, float, str)) for one in value)
+        if plain and len(value) <= SHOWN:
+            return f"({', '.join(map(_short, value))})"
+        return f"<{len(value)}>"
+    if value is None or isinstance(value, bool | int):
+        return repr(value)
+    if isinstance(value, str):
+        return repr(value if len(value) <= 60 else value[:59] + "…")
+    return f"<{type(value).__name__}>"
+
+
+def _is_case(subject: Any) -> bool:
+    """Whether it is a case, of which nothing is known here but what it gives."""
+    return hasattr(subject, "family") and hasattr(subject, "spring") and hasattr(subject, "text")
+
+
+def _family(subject: Any) -> tuple[Any, Any, Any]:
+    """Family, spring and case of what an analysis is called with; None where there is none."""
+    from aeroflutter.model.section import TypicalSection
+
+    if _is_case(subject):
+        family, spring = subject.loop()
+        return family, spring, subject
+    if isinstance(subject, TypicalSection):
+        from aeroflutter.model.aerodynamics import Wagner
+        from aeroflutter.model.lure import SectionFamily
+
+        return SectionFamily(subject, Wagner()), None, None
+    if not (hasattr(subject, "at") and hasattr(subject, "stack")):
+        raise InputError(
+            "family: must be a Case, a TypicalSection or a family of systems, not "
+            f"{type(subject).__name__}"
+        )
+    return subject, None, None
+
+
+def _placed(args: tuple[Any, ...], own: Any, keywords: Mapping[str, Any]) -> tuple[Any, ...]:
+    """The arguments after the family, with the case's spring first where none is given."""
+    if "spring" in keywords or own is None:
+        return args
+    first = args[0] if args else None
+    given = hasattr(first, "describing") or (
+        isinstance(first, tuple | list) and first and hasattr(first[0], "describing")
+    )
+    if given:
+        return args
+    return (own, *args[1:]) if args and first is None else (own, *args)
+
+
+def _speed(family: Any, case: Any, scale: Any, name: str, value: Any) -> Any:
+    """U* of a speed by its name."""
+    if name == "velocity":
+        scale = scale or (case.scale if case is not None else None)
+        if scale is None:
+            raise InputError("velocity: needs a case, or a section, in SI units")
+        return np.multiply(value, scale.speed(1.0))
+    if name == "speed":
+        return value
+    from aeroflutter.linear.rootlocus import flutter_speed
+
+    flutter = flutter_speed(family)
+    if flutter is None:
+        raise InputError("speed_ratio: there is no linear flutter speed to refer to; give speed")
+    return np.multiply(value, flutter)
+
+
+def _scale(subject: Any) -> Any:
+    """What turns a subject into SI units, if anything does."""
+    return getattr(subject, "scale", None)
+
+
+def _bound(result: Any, context: Mapping[str, Any]) -> Any:
+    """A result that knows what it belongs to."""
+    known = {name: value for name, value in context.items() if value is not None}
+    if isinstance(result, Result):
+        return result.about(**known)
+    if isinstance(result, tuple) and result and all(isinstance(one, Result) for one in result):
+        return Results(one.about(**known) for one in result).about(**known)
+    return result
+
+
+def analysis(*, spring: bool = True, speed: str = "", relative: bool = False) -> Callable[[F], F]:
+    """Let an analysis of a family be called with a case or a section as well.
+
+    Parameters
+    ----------
+    spring
+        Whether it takes a spring after the family.
+    speed
+        Its argument that is a speed, which may then be given as `speed`, `speed_ratio` or
+        `velocity`.
+    relative
+        Whether that argument is a ratio to the flutter speed.
+    """
+
+    def decorate(function: F) -> F:
+        @functools.wraps(function)
+        def entered(family: Any, *args: Any, **keywords: Any) -> Any:
+            found, own, case = _family(family)
+            if spring:
+                args = _placed(args, own, keywords)
+                _need_spring(function, args, keywords)
+            for name in [n for n in SPEEDS if speed and n in keywords and n not in names]:
+                value = _speed(found, case, _scale(family), name, keywords.pop(name))
+                keywords[speed] = (
+                    value / _speed(found, case, None, "speed_ratio", 1.0) if relative else value
+                )
+            return _bound(function(found, *args, **keywords), {"case": case})
+
+        names = inspect.signature(function).parameters
+        return entered  # type: ignore[return-value]
+
+    return decorate
+
+
+def at_a_speed(function: F) -> F:
+    """Let an analysis of a system be called with a case, a section or a family, and a speed.
+
+    The speed is `speed` (U*), `speed_ratio` or `velocity` (m/s). The initial motion of a case is
+    that of its file.
+    """
+
+    @functools.wraps(function)
+    def entered(system: Any, *args: Any, **keywords: Any) -> Any:
+        given = {name: keywords.pop(name) for name in SPEEDS if name in keywords}
+        if not given and not _is_case(system):
+            return function(system, *args, **keywords)
+        if len(given) != 1:
+            raise InputError("speed: give one of speed, speed_ratio and velocity")
+        family, own, case = _family(system)
+        args = _placed(args, own, keywords)
+        _need_spring(function, args, keywords)
+        speed = float(_speed(family, case, _scale(system), *next(iter(given.items()))))
+        if case is not None and len(args) < 2 and "initial" not in keywords:
+            from aeroflutter.motion.response import Initial
+
+            keywords["initial"] = Initial(**case.initial._asdict())
+        result = function(family.at(speed), *args, **keywords)
+        return _bound(result, {"case": case, "speed": speed})
+
+    return entered  # type: ignore[return-value]
+
+
+def _need_spring(
+    function: Callable[..., Any], args: tuple[Any, ...], keywords: Mapping[str, Any]
+) -> None:
+    if not args and "spring" not in keywords:
+        raise InputError(f"spring: {function.__name__} needs the spring of the section")
