@@ -18,7 +18,7 @@ import numpy as np
 from aeroflutter import _later
 from aeroflutter.errors import InputError
 
-__all__ = ["Result", "Results", "analysis", "at_a_speed"]
+__all__ = ["SPEEDS", "Result", "Results", "analysis"]
 
 SHOWN = 4  # entries of a tuple that a short repr lists
 SPEEDS = ("speed", "speed_ratio", "velocity")
@@ -121,16 +121,16 @@ def _short(value: Any) -> str:
     return f"<{type(value).__name__}>"
 
 
-def _is_case(subject: Any) -> bool:
+def is_case(subject: Any) -> bool:
     """Whether it is a case, of which nothing is known here but what it gives."""
     return hasattr(subject, "family") and hasattr(subject, "spring") and hasattr(subject, "text")
 
 
-def _family(subject: Any) -> tuple[Any, Any, Any]:
+def family_of(subject: Any) -> tuple[Any, Any, Any]:
     """Family, spring and case of what an analysis is called with; None where there is none."""
     from aeroflutter.model.section import TypicalSection
 
-    if _is_case(subject):
+    if is_case(subject):
         family, spring = subject.loop()
         return family, spring, subject
     if isinstance(subject, TypicalSection):
@@ -146,7 +146,7 @@ def _family(subject: Any) -> tuple[Any, Any, Any]:
     return subject, None, None
 
 
-def _placed(args: tuple[Any, ...], own: Any, keywords: Mapping[str, Any]) -> tuple[Any, ...]:
+def placed(args: tuple[Any, ...], own: Any, keywords: Mapping[str, Any]) -> tuple[Any, ...]:
     """The arguments after the family, with the case's spring first where none is given."""
     if "spring" in keywords or own is None:
         return args
@@ -159,7 +159,7 @@ def _placed(args: tuple[Any, ...], own: Any, keywords: Mapping[str, Any]) -> tup
     return (own, *args[1:]) if args and first is None else (own, *args)
 
 
-def _speed(family: Any, case: Any, scale: Any, name: str, value: Any) -> Any:
+def speed_of(family: Any, case: Any, scale: Any, name: str, value: Any) -> Any:
     """U* of a speed by its name."""
     if name == "velocity":
         scale = scale or (case.scale if case is not None else None)
@@ -168,7 +168,6 @@ def _speed(family: Any, case: Any, scale: Any, name: str, value: Any) -> Any:
         return np.multiply(value, scale.speed(1.0))
     if name == "speed":
         return value
-    from aeroflutter.linear.rootlocus import flutter_speed
 
     flutter = flutter_speed(family)
     if flutter is None:
@@ -176,12 +175,12 @@ def _speed(family: Any, case: Any, scale: Any, name: str, value: Any) -> Any:
     return np.multiply(value, flutter)
 
 
-def _scale(subject: Any) -> Any:
+def scale_of(subject: Any) -> Any:
     """What turns a subject into SI units, if anything does."""
     return getattr(subject, "scale", None)
 
 
-def _bound(result: Any, context: Mapping[str, Any]) -> Any:
+def bound(result: Any, context: Mapping[str, Any]) -> Any:
     """A result that knows what it belongs to."""
     known = {name: value for name, value in context.items() if value is not None}
     if isinstance(result, Result):
@@ -208,16 +207,16 @@ def analysis(*, spring: bool = True, speed: str = "", relative: bool = False) ->
     def decorate(function: F) -> F:
         @functools.wraps(function)
         def entered(family: Any, *args: Any, **keywords: Any) -> Any:
-            found, own, case = _family(family)
+            found, own, case = family_of(family)
             if spring:
-                args = _placed(args, own, keywords)
-                _need_spring(function, args, keywords)
+                args = placed(args, own, keywords)
+                need_spring(function, args, keywords)
             for name in [n for n in SPEEDS if speed and n in keywords and n not in names]:
-                value = _speed(found, case, _scale(family), name, keywords.pop(name))
+                value = speed_of(found, case, scale_of(family), name, keywords.pop(name))
                 keywords[speed] = (
-                    value / _speed(found, case, None, "speed_ratio", 1.0) if relative else value
+                    value / speed_of(found, case, None, "speed_ratio", 1.0) if relative else value
                 )
-            return _bound(function(found, *args, **keywords), {"case": case})
+            return bound(function(found, *args, **keywords), {"case": case})
 
         names = inspect.signature(function).parameters
         return entered  # type: ignore[return-value]
@@ -225,35 +224,7 @@ def analysis(*, spring: bool = True, speed: str = "", relative: bool = False) ->
     return decorate
 
 
-def at_a_speed(function: F) -> F:
-    """Let an analysis of a system be called with a case, a section or a family, and a speed.
-
-    The speed is `speed` (U*), `speed_ratio` or `velocity` (m/s). The initial motion of a case is
-    that of its file.
-    """
-
-    @functools.wraps(function)
-    def entered(system: Any, *args: Any, **keywords: Any) -> Any:
-        given = {name: keywords.pop(name) for name in SPEEDS if name in keywords}
-        if not given and not _is_case(system):
-            return function(system, *args, **keywords)
-        if len(given) != 1:
-            raise InputError("speed: give one of speed, speed_ratio and velocity")
-        family, own, case = _family(system)
-        args = _placed(args, own, keywords)
-        _need_spring(function, args, keywords)
-        speed = float(_speed(family, case, _scale(system), *next(iter(given.items()))))
-        if case is not None and len(args) < 2 and "initial" not in keywords:
-            from aeroflutter.motion.response import Initial
-
-            keywords["initial"] = Initial(**case.initial._asdict())
-        result = function(family.at(speed), *args, **keywords)
-        return _bound(result, {"case": case, "speed": speed})
-
-    return entered  # type: ignore[return-value]
-
-
-def _need_spring(
+def need_spring(
     function: Callable[..., Any], args: tuple[Any, ...], keywords: Mapping[str, Any]
 ) -> None:
     if not args and "spring" not in keywords:

@@ -21,10 +21,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from aeroflutter.analysis import Result, at_a_speed
+from aeroflutter.analysis import Result
 from aeroflutter.errors import InputError
 from aeroflutter.limits import within
 from aeroflutter.model.lure import as_system
+from aeroflutter.motion.entry import at_a_speed
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from aeroflutter.analysis import Result, at_a_speed
+from aeroflutter.analysis import Result
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import LureSystem
 from aeroflutter.motion.chaos.exponents import Exponents, measured, of_eigenvalues
 from aeroflutter.motion.chaos.options import ChaosOptions
+from aeroflutter.motion.entry import at_a_speed
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.springs import alone, each, simplify, straight
 
