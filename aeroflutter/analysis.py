@@ -169,6 +169,8 @@ def speed_of(family: Any, case: Any, scale: Any, name: str, value: Any) -> Any:
     if name == "speed":
         return value
 
+    from aeroflutter.linear.rootlocus import flutter_speed
+
     flutter = flutter_speed(family)
     if flutter is None:
         raise InputError("speed_ratio: there is no linear flutter speed to refer to; give speed")
@@ -227,5 +229,6 @@ def analysis(*, spring: bool = True, speed: str = "", relative: bool = False) ->
 def need_spring(
     function: Callable[..., Any], args: tuple[Any, ...], keywords: Mapping[str, Any]
 ) -> None:
+    """Refuse an analysis of a spring that is given none."""
     if not args and "spring" not in keywords:
         raise InputError(f"spring: {function.__name__} needs the spring of the section")
