@@ -25,14 +25,15 @@ from aeroflutter import (
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion._kernel_roots import REVERSAL
 from aeroflutter.motion.chaos import Band, ChaosOptions, Edge, band_edge, chaos, chaos_scan
-from aeroflutter.motion.chaos.exact import ExactEngine, Tangents
-from aeroflutter.motion.chaos.exponents import measured, of_eigenvalues
+from aeroflutter.motion.chaos.exact import ExactEngine
 from aeroflutter.motion.chaos.growth import Landing, first_tangents
 from aeroflutter.motion.chaos.smooth import SmoothEngine, slope_law
 from aeroflutter.motion.chaos.verdict import recurrence
+from aeroflutter.motion.exponents import measured, of_eigenvalues
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.march import March
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+from aeroflutter.motion.tangents import Tangents
 
 DEGREE = np.pi / 180
 FAMILY = SectionFamily(TypicalSection(omega_bar=0.2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -90,18 +91,23 @@ def ends_on_a_cycle(flow: Flow, z: np.ndarray, period: float) -> bool:
     return True
 
 
+@cache
+def beside_a_fold():
+    """Flow just above a fold of run 14, the unstable cycle there and the stable one."""
+    case = load_case("run14")
+    speed = 0.921514 * flutter_speed(case.family())
+    found = cycles_at(case.family(), case.spring, speed).cycles
+    return Flow(case.family().at(speed), [case.spring]), *sorted(found, key=lambda c: c.amplitude)
+
+
 def test_a_cycle_attracts_only_what_is_seen_to_come_to_it() -> None:
     """Just above a fold, motions that pass by the stable cycle on the far side of the unstable one.
 
     They come closer turn by turn, and then go away for good. On a line across the unstable cycle
     every verdict is what waiting shows.
     """
-    case = load_case("run14")
-    family = case.family()
-    speed = 0.921514 * flutter_speed(family)
-    small, large = sorted(cycles_at(family, case.spring, speed).cycles, key=lambda c: c.amplitude)
+    flow, small, large = beside_a_fold()
     assert (small.stable, large.stable) == (False, True)
-    flow = Flow(family.at(speed), [case.spring])
     across = small.state - large.state
     aside = 0.004 * np.abs(small.state) * np.random.default_rng(3).normal(size=6)
     states = [small.state + aside + part * across for part in np.linspace(-4.0, -2.6, 29)]
@@ -113,6 +119,17 @@ def test_a_cycle_attracts_only_what_is_seen_to_come_to_it() -> None:
     ]
     assert set(waited) == {"lco", "damped"}
     assert verdicts == waited
+
+
+def test_nothing_passes_for_attracted_by_chance() -> None:
+    """Beyond the unstable cycle, where what decays fast makes two returns look like an approach."""
+    flow, small, large = beside_a_fold()
+    starts = []
+    for seed, parts in ((4, (-6.67, -7.33)), (0, (-4.67,))):
+        aside = 0.012 * np.abs(small.state) * np.random.default_rng(seed).normal(size=6)
+        starts += [small.state + aside + part * (small.state - large.state) for part in parts]
+    found = end_states(flow, np.array(starts), small.memory)
+    assert [STATES[code] for code in found.state] == ["damped"] * 3
 
 
 # --- two springs ----------------------------------------------------------------------------------

@@ -375,12 +375,12 @@ def test_a_bounded_cycle_above_the_flutter_speed_of_the_inner_piece():
     assert run.amplitude > 0.5
 
 
-def test_an_undamped_oscillator_is_undecided_with_the_reason():
+def test_an_undamped_oscillator_is_neutral_with_the_reason():
     system = LureSystem(
         np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([0.0, 1.0]), np.array([1.0, 0.0])
     )
     run = simulate(system, Linear(), Initial(state=[0.7, 0.0]))
-    assert run.state == "undecided"
+    assert run.state == "neutral"
     assert "neither attracts nor repels" in run.reason
 
 

@@ -220,3 +220,13 @@ def test_a_system_is_not_changed_by_what_made_it(section):
     system = LureSystem(A, np.ones(2), np.ones(2))
     A[0, 0] = section.mu
     assert system.A[0, 0] == 1.0
+
+
+def test_the_last_speed_of_samples_may_come_back_with_its_round_off():
+    family = SectionFamily(TypicalSection(omega_bar=0.8))
+    sampled = SampledFamily([3.0, 4.0, 5.0], [family.at(speed) for speed in (3.0, 4.0, 5.0)])
+    beyond = float(np.nextafter(5.0, 6.0))  # what exp(log(…)) makes of a number
+    np.testing.assert_array_equal(sampled.at(beyond).A, sampled.at(5.0).A)
+    for speed in (2.999, 5.001):
+        with pytest.raises(InputError, match="between 3 and 5"):
+            sampled.at(speed)

@@ -144,7 +144,7 @@ def test_netcdf_says_what_it_holds_and_where_it_came_from(capsys, tmp_path: Path
         assert len(data.attrs["generated_code_sha256"]) == 64
         flags = data["state"].attrs
         assert flags["flag_meanings"].split() == ["failed", *STATES]
-        assert list(flags["flag_values"]) == [-1, 0, 1, 2, 3, 4]
+        assert list(flags["flag_values"]) == [-1, 0, 1, 2, 3, 4, 5]
         for name in data.variables:
             assert {"units", "long_name"} <= set(data[name].attrs), name
         assert int((data["state"] == 1).sum()) == found["lco"]

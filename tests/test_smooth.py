@@ -168,13 +168,13 @@ def test_at_the_flutter_speed_a_motion_settles_for_ever():
 
 
 def test_energy_of_a_conservative_oscillator_is_kept():
-    # y'' = -(y + y^3): E = y'^2/2 + y^2/2 + y^4/4 is constant, so the motion is a cycle at once
-    # and its amplitude is the start.
+    # y'' = -(y + y^3): E = y'^2/2 + y^2/2 + y^4/4 is constant, so the motion is a cycle at once,
+    # one of a continuum that neither attracts nor repels, and its amplitude is the start.
     run = simulate(DUFFING, Cubic(1.0, 1.0), Initial(state=[0.7, 0.0]))
     y, v = run.states.T
     energy = v**2 / 2 + y**2 / 2 + y**4 / 4
     assert np.ptp(energy) < 1e-12 * energy[0]
-    assert run.state == "lco"
+    assert run.state == "neutral"
     assert run.amplitude == pytest.approx(0.7, rel=1e-8)
 
 

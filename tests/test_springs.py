@@ -409,3 +409,49 @@ def test_a_spring_that_is_all_but_odd_is_not_odd(spring):
     up, down = respond(spring, path)[0], respond(spring, -path)[0]
     assert 1e-5 < np.max(np.abs(up + down)) < 1e-2
     assert not spring.odd
+
+
+# --- points on a line are no corners -------------------------------------------------------------
+
+
+@given(
+    corners=tables(),
+    cuts=st.lists(st.integers(1, 40), min_size=5, max_size=5),
+    unit=st.sampled_from([1.0, np.pi / 180.0]),
+)
+def test_points_between_the_corners_of_a_table_change_nothing(corners, cuts, unit):
+    pitch, moments = np.array(corners.pitch), np.array(corners.moments)
+    fine = np.concatenate(
+        [
+            *(
+                np.linspace(a, b, count, endpoint=False)
+                for a, b, count in zip(pitch, pitch[1:], np.resize(cuts, pitch.size), strict=False)
+            ),
+            pitch[-1:],
+        ]
+    )
+    many = Table(tuple(unit * fine), tuple(unit * np.interp(fine, pitch, moments)))
+    few = corners.scaled(unit)
+    breaks = few.pieces().breaks
+    assert many.pieces().breaks.size == breaks.size
+    np.testing.assert_allclose(many.pieces().breaks, breaks, rtol=1e-12, atol=1e-14)
+    at = unit * np.linspace(pitch[0] - 1.0, pitch[-1] + 1.0, 97)
+    np.testing.assert_allclose(many.moment(at), few.moment(at), rtol=1e-9, atol=1e-12)
+    assert many.scale == pytest.approx(few.scale, rel=1e-12)
+
+
+def test_a_fine_table_of_a_gap_has_the_three_pieces_of_a_gap():
+    pitch = np.linspace(-6.0, 6.0, 241)
+    table = Table(tuple(np.radians(pitch)), tuple(np.radians(Freeplay(2.0).moment(pitch))))
+    pieces = table.pieces()
+    np.testing.assert_allclose(np.degrees(pieces.breaks), [-1.0, 1.0], rtol=1e-12)
+    assert pieces.slopes[0] == pieces.slopes[2] == pytest.approx(1.0, abs=1e-12)
+    assert table.piece_table().slopes.size == 2
+    assert table.scale == pytest.approx(np.radians(1.0))
+
+
+def test_bends_that_are_small_one_by_one_are_not_lost():
+    pitch = np.linspace(-1.0, 1.0, 2001)
+    table = Table(tuple(pitch), tuple(pitch + 1e-9 * pitch**2))
+    at = np.linspace(-1.0, 1.0, 333)
+    np.testing.assert_allclose(table.moment(at), at + 1e-9 * at**2, rtol=0, atol=1e-14)

@@ -98,8 +98,8 @@ def map(  # noqa: A001 - the command's name
 ) -> None:
     """Flutter map: how the motion ends for every airspeed and initial pitch.
 
-    Cells are damped, lco, aperiodic, divergent or undecided. With --out the map is written block
-    by block; an interrupted run goes on with the same command and --resume.
+    Cells are damped, lco, aperiodic, divergent, neutral or undecided. With --out the map is written
+    block by block; an interrupted run goes on with the same command and --resume.
     """
     from aeroflutter.results import fields_of, to_dataset
     from aeroflutter.studies.cases import CaseCells

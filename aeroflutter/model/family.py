@@ -17,6 +17,8 @@ from aeroflutter.model.system import Real, System
 
 __all__ = ["Family", "FixedModel", "SampledModel", "SectionModel"]
 
+_ROUND_OFF = 1e-9  # by which a speed may lie beyond the samples, relative
+
 Matrices = tuple[Real, Real, Real, Real]
 
 
@@ -286,9 +288,10 @@ class SampledModel:
             If the speed lies outside the samples.
         """
         low, high = self.search_range
-        if not low <= speed <= high:
+        within = min(max(speed, low), high)
+        if not abs(speed - within) <= _ROUND_OFF * abs(within):  # exp(log(5)) is more than five
             raise InputError([f"speed: must lie between {low:g} and {high:g}, got {speed!r}"])
-        return System(*self.stack(speed), self.names, self.units, self.state_names)
+        return System(*self.stack(within), self.names, self.units, self.state_names)
 
     def stack(self, speeds: ArrayLike) -> Matrices:
         """``A`` (…, n, n), ``B`` (…, n, m), ``C`` (…, m, n), ``d`` (…, n), speeds of any shape."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1
-from aeroflutter.motion._kernel_dense import contraction, eliminate, multipliers
+from aeroflutter.motion._kernel_dense import contraction, eliminate, multipliers, slowest
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, Cycles, begin, memory_of, variable
 from aeroflutter.motion._kernel_flow import (
     DONE,
@@ -265,8 +265,8 @@ def find_cycle(
     Returns
     -------
     int
-        `ATTRACTS`, `INDIFFERENT` (a multiplier on the unit circle), `NOTHING`, or `UNPREPARED`:
-        give the mode of `probe` its table and call again.
+        `ATTRACTS`, `INDIFFERENT` (a multiplier on the unit circle; its measures alone are entered),
+        `NOTHING`, or `UNPREPARED`: give the mode of `probe` its table and call again.
     """
     z = point.copy()
     m = z.size
@@ -291,15 +291,22 @@ def find_cycle(
         if abs(values[k] - 1.0) < CONTINUUM:
             values[k] = 0.0
             free = 1
-    radius = np.max(np.abs(values))
-    if not radius < 1.0 - CIRCLE:
-        return INDIFFERENT if radius < 1.0 + CIRCLE else NOTHING
+    leading = values[np.argmax(np.abs(values))]
+    radius = abs(leading)
+    if not radius < 1.0 + CIRCLE:
+        return NOTHING
     cycles.z[place] = z
     cycles.size[place] = unit
     cycles.loops[place], cycles.free[place], cycles.period[place] = loops, free, period
     cycles.amplitude[place], cycles.bias[place] = 0.5 * (most - least), 0.5 * (most + least)
     cycles.radius[place] = radius
+    if not radius < 1.0 - CIRCLE:
+        return INDIFFERENT
     start_rate(system, probe, z, f, normal)
     section_map(normal, monodromy, f, unit, cycles.Q[place])
-    cycles.rho[place] = 1.0 if free else contraction(cycles.Q[place], radius, cycles.P[place])
+    if free:
+        cycles.rho[place] = 1.0
+        return ATTRACTS
+    cycles.rho[place] = contraction(cycles.Q[place], radius, cycles.P[place])
+    slowest(cycles.Q[place], cycles.P[place], leading, cycles.slow[place])
     return ATTRACTS

@@ -74,6 +74,35 @@ def contraction(Q: Array, radius: float, P: Array) -> float:
 
 
 @kernel(inner=True)
+def slowest(Q: Array, P: Array, mu: complex, rows: Array) -> None:
+    """Rows whose products with d are the coordinate of eigenvalue μ of Q, in lengths of norm P.
+
+    Left and right eigenvector by inverse iteration; real part and imaginary part of the row, (2, n).
+    """
+    n = Q.shape[0]
+    shifted = Q.astype(np.complex128)
+    for i in range(n):
+        shifted[i, i] -= mu + 1e-10 * (1.0 + abs(mu))
+    right, left = np.empty(n, dtype=np.complex128), np.empty(n, dtype=np.complex128)
+    for i in range(n):
+        right[i] = left[i] = complex(1.0, 0.3) + 0.1 * i
+    for _ in range(3):
+        right[:] = np.linalg.solve(shifted, right)
+        right /= np.max(np.abs(right))
+        left[:] = np.linalg.solve(shifted.T.copy(), left)
+        left /= np.max(np.abs(left))
+    length, product = 0.0, 0j
+    for i in range(n):
+        product += left[i] * right[i]
+        for j in range(n):
+            length += (np.conj(right[i]) * P[i, j] * right[j]).real
+    pair = 2.0 if abs(mu.imag) > 1e-9 * abs(mu) else 1.0
+    factor = pair * np.sqrt(max(length, 0.0)) / product if product != 0j else 0j
+    for i in range(n):
+        rows[0, i], rows[1, i] = (factor * left[i]).real, (factor * left[i]).imag
+
+
+@kernel(inner=True)
 def multipliers(monodromy: Array) -> NDArray[np.complex128]:
     """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed.
 

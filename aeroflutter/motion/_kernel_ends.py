@@ -2,12 +2,14 @@
 
 - damped: a bound of all the motion to come on this linear mode stays within the mode;
 - divergent: an unstable coordinate of the outer mode outgrows all that the springs can oppose;
+- neutral: a bound of all the motion to come stays within the mode, in which some of it never
+  dies out and none grows;
 - lco: successive returns follow the linearised return map of an attracting cycle, which Newton
-  has found, ever closer.
+  has found, ever closer (`_kernel_attracted`).
 
 Many motions are settled in one call. What is rare is left to the caller: the call comes back where
 a motion has nearly closed (for Newton's method), after a number of maxima (aperiodic, or still
-settling), and before a mode without a table. It goes on from there.
+settling), where one does not oscillate, and before a mode without a table. It goes on from there.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1, Whole2
+from aeroflutter.motion._kernel_attracted import ARRIVED, closes_in
 from aeroflutter.motion._kernel_flow import (
     AT_TURN,
     NOW,
@@ -34,20 +37,24 @@ from aeroflutter.motion._kernel_flow import (
     output,
 )
 from aeroflutter.motion._kernel_proofs import (
+    APERIODIC,
     CHATTERING,
     CONVERGED,
     DAMPED,
     DIVERGENT,
+    FADED,
     GREW,
     KNOWN,
     LCO,
-    NO_CYCLE,
+    NEITHER,
     ONWARD,
     OUT_OF_TIME,
     OVERFLOWED,
+    SWINGING,
     UNDECIDED,
     Proofs,
     certain,
+    swing,
 )
 from aeroflutter.springs._kernel_columns import (
     CEILING,
@@ -64,8 +71,8 @@ Index = NDArray[np.int64]
 
 # Why a call comes back: all is settled; a motion has nearly closed; it goes to a member of a
 # continuum of cycles; it has made as many maxima as are judged together; it has gone to a cycle
-# of its own finding; a mode has no table.
-OVER, CLOSING, BESIDE, COUNTED, FOUND, UNPREPARED = 0, 1, 2, 3, 4, 5
+# of its own finding; a mode has no table; it has long had no extremum.
+OVER, CLOSING, BESIDE, COUNTED, FOUND, UNPREPARED, CREEPING = 0, 1, 2, 3, 4, 5, 6
 # What `memo` holds: the motion at hand, what to do with it next, its maxima, the lag of a near
 # return, how many cycles are known, whether it has found one itself (which is behind those), the
 # end state that the caller has decided.
@@ -73,23 +80,29 @@ CELL, PHASE, MAXIMUM, BEHIND, COUNT, OWN, STATE, REASON = 0, 1, 2, 3, 4, 5, 6, 7
 MEMOS = 8
 FRESH, MARCHING, SEARCHING, COUNTING, ENDING = 0, 1, 2, 3, 4
 # What `clock` holds: the lowest y since the last maximum, the height of the last loop, the
-# relative distance of two returns at which Newton is tried next, the y beyond which it diverges.
-TROUGH, SPAN, TRIES, BOUND = 0, 1, 2, 3
-CLOCKS = 4
-# Limits: longest time, growth, scale, maxima that are judged together.
-TIME_LIMIT, GROWTH, SCALE, CYCLES = 0, 1, 2, 3
+# relative distance of two returns at which Newton is tried next, the y beyond which it diverges,
+# the height of the largest loop, the y of rest that the caller has found, loops in a row that were
+# nothing to the spring.
+TROUGH, SPAN, TRIES, BOUND, LARGEST, GIVEN, QUIET = 0, 1, 2, 3, 4, 5, 6
+CLOCKS = 7
+# Limits: longest time, growth, scale, maxima that are judged together, height of a loop that is
+# nothing to the spring.
+TIME_LIMIT, GROWTH, SCALE, CYCLES, NOTHING = 0, 1, 2, 3, 4
 # Columns of the numbers of a motion.
 TIME, AMPLITUDE, BIAS, PERIOD, REST, RADIUS, LOOPS, ATTRACTOR, MAXIMA = 0, 1, 2, 3, 4, 5, 6, 7, 8
-NUMBERS = 9
+RATE, EXPONENT = 9, 10  # change of the height of a loop over a hundred, relative; of neighbours
+NUMBERS = 11
 
 LOOK = 32  # steps between two looks at a motion without extrema
 PATIENCE = 20_000  # steps without an extremum
 RECURS = 0.05  # relative distance of two returns at which Newton is tried first
-RECENT = 64  # loops from which the size of an unsettled motion is taken
+RECENT = 64  # loops from which the size of an aperiodic motion is taken
+PART = 10  # the size of an undecided one is that of its last tenth
+FALLEN = 1e-6  # of the largest loop: what is nothing to the spring must have come down to it
+FADES = 8  # such loops in a row: a lone one may be an extremum that round-off has doubled
 MOST_LOOPS = 16
 RING = 2 * MOST_LOOPS + 1  # returns kept: two periods and one
 NEAR = 1e-2  # relative distance within which returns are compared with the linear map
-ARRIVED = 1e-9  # relative distance at which there is nothing left to compare
 
 
 class Cycles(NamedTuple):
@@ -99,9 +112,11 @@ class Cycles(NamedTuple):
     ----------
     z, size
         The point, and the scale of each entry, (c, n+m).
-    Q, P, rho
+    Q, P, rho, slow
         Derivative of the return map in units of `size`, the norm in which it contracts by ρ,
-        (c, n+m, n+m) twice and (c,).
+        (c, n+m, n+m) twice and (c,); rows of what decays slowest, (c, 2, n+m).
+    reach
+        Length of that up to which the return map contracts, (c,); see `reach`.
     loops
         Maxima a period, (c,); 0 marks an empty place.
     free
@@ -115,6 +130,8 @@ class Cycles(NamedTuple):
     Q: Real3
     P: Real3
     rho: Real1
+    slow: Real3
+    reach: Real1
     loops: Whole1
     free: Whole1
     period: Real1
@@ -182,12 +199,9 @@ def offset(z: Array, size: Array, point: Array) -> float:
 
 @kernel(inner=True, bare=True)
 def attracted(cycles: Cycles, j: int, points: Array, k: int, scratch: Array) -> bool:
-    """Whether the last three returns of a motion go to cycle j as its linear map says.
+    """Whether the last three returns of a motion go to cycle j; see `_kernel_attracted`.
 
-    Each of two returns must come closer, in the norm in which the map contracts by ρ, and must
-    land within (1 - ρ)/2 of the distance before of where the linear map puts it: what the
-    linear map leaves out shrinks faster than the distance, so all later returns do the same. In
-    a continuum of cycles the returns are compared with each other.
+    In a continuum of cycles the returns are compared with each other.
 
     Parameters
     ----------
@@ -197,10 +211,9 @@ def attracted(cycles: Cycles, j: int, points: Array, k: int, scratch: Array) -> 
     lag = cycles.loops[j]
     if lag == 0 or k < 2 * lag:
         return False
-    z, size, P, Q = cycles.z[j], cycles.size[j], cycles.P[j], cycles.Q[j]
+    z, size = cycles.z[j], cycles.size[j]
     m = z.size
-    near = offset(z, size, points[k % RING])
-    if not near < NEAR:
+    if not offset(z, size, points[k % RING]) < NEAR:
         return False
     for turn in range(3):
         row = (k - turn * lag) % RING
@@ -212,29 +225,9 @@ def attracted(cycles: Cycles, j: int, points: Array, k: int, scratch: Array) -> 
             late = max(late, abs(scratch[0, i] - scratch[1, i]))
             early = max(early, abs(scratch[1, i] - scratch[2, i]))
         return late < 0.1 * ARRIVED or (late < 0.5 * early and late < ARRIVED)
-    if near < ARRIVED:
-        return offset(z, size, points[(k - lag) % RING]) < NEAR
-    slack = 0.5 * (1.0 - cycles.rho[j])
-    before = np.inf
-    for turn in range(2, -1, -1):
-        far = 0.0
-        for i in range(m):
-            for n in range(m):
-                far += scratch[turn, i] * P[i, n] * scratch[turn, n]
-        far = np.sqrt(max(far, 0.0))
-        if turn < 2:
-            for i in range(m):
-                scratch[3, i] = scratch[turn, i]
-                for n in range(m):
-                    scratch[3, i] -= Q[i, n] * scratch[turn + 1, n]
-            off = 0.0
-            for i in range(m):
-                for n in range(m):
-                    off += scratch[3, i] * P[i, n] * scratch[3, n]
-            if not (far < before and np.sqrt(max(off, 0.0)) <= slack * before):
-                return False
-        before = far
-    return True
+    return closes_in(
+        cycles.Q[j], cycles.P[j], cycles.slow[j], cycles.rho[j], cycles.reach[j], scratch
+    )
 
 
 @kernel(inner=True, bare=True)
@@ -316,8 +309,8 @@ def near_return(C: Array, past: History, begin_lag: int) -> int:
 
 @kernel(inner=True, bare=True)
 def finish(
-    system: System, motion: Motion, past: History, state: int, reason: int, rest: float,
-    states: Array, memories: Array, codes: Index, numbers: Array,
+    system: System, motion: Motion, proofs: Proofs, past: History, state: int, reason: int,
+    rest: float, states: Array, memories: Array, codes: Index, numbers: Array,
 ) -> None:  # fmt: skip
     """Enter the end state of the motion at hand, and go to the next."""
     cell, k = past.memo[CELL], past.memo[MAXIMUM]
@@ -326,10 +319,13 @@ def finish(
     row[TIME], row[MAXIMA] = motion.clock[0], k + 1
     if state == DAMPED:
         row[REST], row[AMPLITUDE], row[BIAS] = rest, 0.0, rest
-    elif state != LCO and k >= 0:
+    elif state == NEITHER and reason == SWINGING:
+        row[AMPLITUDE], row[BIAS] = swing(system, motion, proofs, motion.memo[TABLE]), rest
+    elif state != LCO and np.isnan(row[PERIOD]) and k >= 0:
         low, high = np.inf, -np.inf
         size = past.peaks.size
-        for j in range(max(0, k - min(RECENT, size) + 1), k + 1):
+        last = RECENT if state == APERIODIC else max((k + 1) // PART, 1)
+        for j in range(max(0, k - min(last, size) + 1), k + 1):
             low = min(low, past.troughs[j % size])
             high = max(high, past.peaks[j % size])
         row[AMPLITUDE], row[BIAS] = 0.5 * (high - low), 0.5 * (high + low)
@@ -382,7 +378,8 @@ def settle(
         if memo[PHASE] == FRESH:
             begin(system, motion, states[memo[CELL]], memories[memo[CELL]])
             memo[MAXIMUM], memo[OWN] = -1, 0
-            clock[TROUGH], clock[TRIES] = np.inf, RECURS
+            clock[TROUGH], clock[TRIES], clock[LARGEST] = np.inf, RECURS, 0.0
+            clock[QUIET] = 0.0
             y = output(system.C, 0, motion.xs, 0)
             clock[BOUND] = limits[GROWTH] * max(limits[SCALE], abs(y))
             numbers[memo[CELL]] = np.nan
@@ -390,7 +387,7 @@ def settle(
             steps = 0
         state, reason, rest = ONWARD, 0, np.nan
         if memo[PHASE] == ENDING:
-            state, reason = memo[STATE], memo[REASON]
+            state, reason, rest = memo[STATE], memo[REASON], clock[GIVEN]
         if memo[PHASE] == MARCHING:
             trend = motion.memo[TREND]
             most = 0 if trend == 0 and steps % 2 == 0 else LOOK
@@ -419,13 +416,18 @@ def settle(
                 elif motion.clock[0] >= limits[TIME_LIMIT]:
                     state, reason = UNDECIDED, OUT_OF_TIME
                 elif steps * LOOK > PATIENCE:
-                    state, reason = UNDECIDED, NO_CYCLE
+                    return CREEPING
                 elif turned and not top:
                     clock[TROUGH] = min(clock[TROUGH], y)
                 elif top:
                     memo[MAXIMUM] += 1
                     clock[SPAN] = note(system, motion, past)
-                    if clock[SPAN] > 0.0:
+                    clock[LARGEST] = max(clock[LARGEST], clock[SPAN])
+                    quiet = clock[SPAN] < min(limits[NOTHING], FALLEN * clock[LARGEST])
+                    clock[QUIET] = clock[QUIET] + 1.0 if quiet else 0.0
+                    if clock[QUIET] >= FADES:
+                        state, reason, rest = DAMPED, FADED, y - 0.5 * clock[SPAN]
+                    elif clock[SPAN] > 0.0:
                         memo[PHASE], memo[BEHIND] = SEARCHING, 0
                         k = memo[MAXIMUM]
                         for j in range(memo[COUNT] + memo[OWN]):
@@ -456,7 +458,9 @@ def settle(
             if (memo[MAXIMUM] + 1) % int(limits[CYCLES]) == 0:
                 return COUNTED
         if state != ONWARD:
-            finish(system, motion, past, state, reason, rest, states, memories, codes, numbers)
+            finish(
+                system, motion, proofs, past, state, reason, rest, states, memories, codes, numbers
+            )
             if state == LCO and reason == CONVERGED:
                 return FOUND
     return OVER

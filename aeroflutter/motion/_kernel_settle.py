@@ -94,7 +94,7 @@ def fundamental(y: Real1, period: float) -> float:
     return 2.0 * abs(total) / PHASES
 
 
-@kernel(entry=True)
+@kernel
 def mismatch(times: Real1, values: Real1, loops: int, span: int) -> tuple[float, float]:
     """How far the last `span` turning points are from those `loops` oscillations before.
 

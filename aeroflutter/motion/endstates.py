@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from aeroflutter.errors import InputError
-from aeroflutter.motion import _kernel_cycle as closing
 from aeroflutter.motion import _kernel_ends as kernel
 from aeroflutter.motion import _kernel_proofs as codes
-from aeroflutter.motion._kernel_ends import MOST_LOOPS, RING, Cycles
-from aeroflutter.motion._kernel_flow import PLACE, Motion
-from aeroflutter.motion.march import fundamental, workspace
+from aeroflutter.motion._kernel_ends import Cycles
+from aeroflutter.motion.judge import Settling
+from aeroflutter.motion.march import fundamental
 from aeroflutter.motion.response import STATES
-from aeroflutter.springs._kernel_columns import CEILING, FLOOR
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -29,28 +27,38 @@ __all__ = [
     "EndOptions",
     "EndState",
     "EndStates",
-    "Settling",
     "end_state",
     "end_states",
     "reason",
 ]
 
-EXACT = 1e-9  # relative distance of two returns of a motion that is a cycle
-
 REASONS = {
     codes.TRAPPED: "a bound of all further motion on this branch of the spring stays within it",
+    codes.CORNERED: "a Lyapunov function of the pieces that meet at the rest falls from here on",
     codes.AT_REST: "the section has come to rest",
+    codes.FADED: "the oscillation has fallen to nothing against the spring, and falls",
+    codes.RETREATS: "the law is straight but for a corner at the rest, and the motion shrinks "
+    "turn by turn ({rate:.3g} % a hundred cycles)",
     codes.CONVERGED: "the motion closes in on an attracting cycle of {loops:.0f} loop(s), largest "
     "multiplier {radius:.6g}",
     codes.KNOWN: "the motion closes in on a known attracting cycle of {loops:.0f} loop(s), "
     "largest multiplier {radius:.6g}",
-    codes.UNSETTLED: "bounded and not settling over {maxima:.0f} cycles",
+    codes.UNSETTLED: "bounded, its envelope stationary over {maxima:.0f} cycles, neighbours part: "
+    "exponent {exponent:.3g}",
+    codes.TORUS: "bounded, its envelope stationary over {maxima:.0f} cycles, no return like "
+    "another and neighbours neither part nor meet: exponent {exponent:.1g}",
     codes.ESCAPED: "an unstable mode has outgrown all that the spring can oppose",
     codes.GREW: "pitch passed the bound of growth with an unstable outer branch",
-    codes.DRIFTING: "still settling after {maxima:.0f} cycles",
+    codes.DRIFTING: "still settling after {maxima:.0f} cycles: the height of a loop changes by "
+    "{rate:.3g} % a hundred cycles",
     codes.NO_CYCLE: "neither at rest nor oscillating at tau = {time:g}",
     codes.OUT_OF_TIME: "not settled at tau = {time:g}",
     codes.NEUTRAL: "a cycle that neither attracts nor repels: a multiplier on the unit circle",
+    codes.SWINGING: "an oscillation on this branch of the spring for good, which neither attracts "
+    "nor repels: it is not damped, and does not grow",
+    codes.FLUTTER: "at the flutter speed: outside the spring's nonlinearity an oscillation neither "
+    "grows nor dies out",
+    codes.LOSSLESS: "nothing is damped: the motion neither settles nor grows",
     codes.OVERFLOWED: "the motion overflowed at tau = {time:g}",
     codes.CHATTERING: "switches without progress in time at tau = {time:g}",
 }
@@ -63,9 +71,10 @@ class EndOptions:
     Parameters
     ----------
     cycles
-        A bounded motion that does not settle over this many cycles is aperiodic.
+        A bounded motion that does not settle is judged after this many cycles, twice as many, four
+        times as many, and so on.
     patience
-        A motion that is still settling may take this many times as many.
+        It is undecided after this many times as many.
     growth
         Where the outer branch is unstable, a motion diverges beyond this multiple of the larger
         of spring scale and initial pitch, if it is not proved to diverge before.
@@ -106,7 +115,7 @@ class EndState:
     Attributes
     ----------
     state, reason
-        One of the five states, and what decided it.
+        One of the six states, and what decided it.
     time
         When it was certain, τ.
     amplitude, bias
@@ -179,6 +188,8 @@ def reason(code: int, numbers: Array) -> str:
         maxima=numbers[kernel.MAXIMA],
         loops=numbers[kernel.LOOPS],
         radius=numbers[kernel.RADIUS],
+        rate=100.0 * numbers[kernel.RATE],
+        exponent=numbers[kernel.EXPONENT],
     )
 
 
@@ -274,216 +285,3 @@ def end_states(
         final_memory=held[:, 0] if held.shape[1] == 1 else held,
         cycles=settled.shared,
     )
-
-
-class Settling:
-    """Motions on their way to their end states: the kernel, and what it leaves to its caller.
-
-    Parameters
-    ----------
-    flow, options
-        As for `end_states`.
-    states, memory
-        Where the motions start, (c, n), and the memories there, (c, m), (c,) or one for all.
-    known, share
-        As for `end_states`.
-
-    Attributes
-    ----------
-    states, memories, codes, numbers
-        See `_kernel_ends.settle`.
-    cycles
-        The known ones, and room for those found.
-    """
-
-    def __init__(
-        self,
-        flow: Flow,
-        states: Array,
-        memory: ArrayLike,
-        options: EndOptions,
-        known: Cycles | None = None,
-        share: bool = False,
-    ) -> None:
-        m = flow.m
-        self.flow, self.options, self.share = flow, options, share
-        self.take(states, memory)
-        before = 0 if known is None else int(known.loops.size)
-        self.cycles = no_cycles(before + (MOST_LOOPS if share else 0) + 1, flow.n + m)
-        if known is not None:
-            for part, source in zip(self.cycles, known, strict=True):
-                part[:before] = source
-        self.motion = workspace(flow, reaches=True)
-        self.probe: tuple[Motion, Motion] | None = None
-        self.past = _history(flow, int(options.cycles))
-        self.past.memo[kernel.COUNT] = before
-
-    def take(self, states: Array, memory: ArrayLike) -> None:
-        """Take up other motions."""
-        count = states.shape[0]
-        given = np.asarray(memory, dtype=float)
-        if given.ndim == 1 and given.size == count and count != self.flow.m:
-            given = given[:, None]
-        self.states, self.memories = states, np.array(np.broadcast_to(given, (count, self.flow.m)))
-        self.codes = np.empty((count, 2), dtype=np.int64)
-        self.numbers = np.empty((count, kernel.NUMBERS))
-
-    @property
-    def shared(self) -> Cycles:
-        """The known cycles."""
-        return Cycles._make(part[: self.past.memo[kernel.COUNT]] for part in self.cycles)
-
-    @property
-    def found(self) -> Cycles:
-        """The cycle that the last motion found."""
-        place = int(self.past.memo[kernel.COUNT])
-        return Cycles._make(part[place : place + 1].copy() for part in self.cycles)
-
-    def run(self) -> None:
-        """Settle all of them."""
-        self.past.memo[[kernel.CELL, kernel.PHASE]] = 0
-        limits = np.array(
-            [
-                self.options.duration,
-                self.options.growth,
-                self.flow.springs[0].scale,
-                self.options.cycles,
-            ],
-            dtype=float,
-        )
-        answers = {
-            kernel.CLOSING: self._close,
-            kernel.BESIDE: self._beside,
-            kernel.COUNTED: self._count,
-            kernel.FOUND: self._keep,
-            kernel.UNPREPARED: self._prepare,
-        }
-        while True:
-            why = kernel.settle(
-                self.flow.arrays, self.motion, self.flow.proofs, self.cycles, self.past, limits,
-                self.states, self.memories, self.codes, self.numbers,
-            )  # fmt: skip
-            if why == kernel.OVER:
-                return
-            answers[why]()
-
-    def _find(self, lag: int, period: float) -> int:
-        """Newton's method from the last return; the cycle goes behind the known ones."""
-        past = self.past
-        place, k = int(past.memo[kernel.COUNT]), int(past.memo[kernel.MAXIMUM])
-        if self.probe is None:
-            m = past.size.size
-            self.probe = workspace(self.flow, np.zeros((m, m))), workspace(self.flow, reaches=True)
-        while True:
-            found = closing.find_cycle(
-                self.flow.arrays, *self.probe, past.points[k % RING], period, lag, past.size,
-                float(past.clock[kernel.SPAN]), self.cycles, place,
-            )  # fmt: skip
-            if found != closing.UNPREPARED:
-                return int(found)
-            self.flow.prepare(np.array([self.probe[0].memo[PLACE]]))
-
-    def _close(self) -> None:
-        """A motion has nearly closed."""
-        memo, times = self.past.memo, self.past.times
-        k, lag = int(memo[kernel.MAXIMUM]), int(memo[kernel.BEHIND])
-        found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
-        miss = 4.0 * self.past.clock[kernel.TRIES]
-        if found == closing.ATTRACTS:
-            memo[kernel.OWN], memo[kernel.PHASE] = 1, kernel.COUNTING
-        elif found == closing.INDIFFERENT and miss < EXACT:
-            self._end(codes.UNDECIDED, codes.NEUTRAL)
-
-    def _beside(self) -> None:
-        """A motion goes to a member of a continuum of cycles: take the one at hand."""
-        place = int(self.past.memo[kernel.COUNT])
-        cycles = self.cycles
-        self._find(int(cycles.loops[place]), float(cycles.period[place]))
-        row = self.numbers[self.past.memo[kernel.CELL]]
-        row[kernel.AMPLITUDE], row[kernel.BIAS] = cycles.amplitude[place], cycles.bias[place]
-        row[kernel.PERIOD], row[kernel.RADIUS] = cycles.period[place], cycles.radius[place]
-        row[kernel.LOOPS], row[kernel.ATTRACTOR] = cycles.loops[place], -1
-        self._end(codes.LCO, codes.CONVERGED)
-
-    def _count(self) -> None:
-        """A motion has made as many maxima as are judged together."""
-        past, options = self.past, self.options
-        if not settling(past.peaks, past.misses):
-            self._end(codes.APERIODIC, codes.UNSETTLED)
-        elif past.memo[kernel.MAXIMUM] + 1 >= options.cycles * options.patience:
-            self._end(codes.UNDECIDED, codes.DRIFTING)
-
-    def _keep(self) -> None:
-        """A motion has gone to a cycle that it found itself: let those after it know."""
-        memo, place = self.past.memo, int(self.past.memo[kernel.COUNT])
-        if self.share and not self.cycles.free[place] and place < self.cycles.loops.size - 1:
-            self.numbers[memo[kernel.CELL] - 1, kernel.ATTRACTOR] = place
-            memo[kernel.COUNT] += 1
-
-    def _prepare(self) -> None:
-        """A mode has no table."""
-        self.flow.prepare(np.array([self.motion.memo[PLACE]]))
-
-    def _end(self, state: int, why: int) -> None:
-        memo = self.past.memo
-        memo[kernel.STATE], memo[kernel.REASON], memo[kernel.PHASE] = state, why, kernel.ENDING
-
-
-def _history(flow: Flow, cycles: int) -> kernel.History:
-    """Room for the history of one motion after another."""
-    k = flow.n + flow.m
-    widths = [
-        piece.rows[0, CEILING] - piece.rows[0, FLOOR] if piece.memory else 0.0
-        for piece in flow.pieces
-    ]
-    return kernel.History(
-        points=np.zeros((RING, k)),
-        times=np.zeros(RING),
-        peaks=np.zeros(cycles),
-        troughs=np.zeros(cycles),
-        misses=np.zeros(cycles),
-        size=np.zeros(k),
-        widths=np.array(widths),
-        clock=np.zeros(kernel.CLOCKS),
-        memo=np.zeros(kernel.MEMOS, dtype=np.int64),
-        scratch=np.zeros((4, k)),
-    )
-
-
-def no_cycles(count: int, size: int) -> Cycles:
-    """Room for so many cycles whose points have so many entries."""
-    numbers = (np.zeros(count) for _ in range(4))
-    return Cycles(
-        np.zeros((count, size)), np.ones((count, size)), np.zeros((count, size, size)),
-        np.zeros((count, size, size)), np.zeros(count), np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.int64), *numbers,
-    )  # fmt: skip
-
-
-def settling(peaks: Array, misses: Array) -> bool:
-    """Whether a motion of these maxima is still on its way somewhere.
-
-    Parameters
-    ----------
-    peaks
-        Maxima of y, oldest first, (k,).
-    misses
-        Relative distance of each to the nearest of the `MOST_LOOPS` before it, (k,).
-
-    Returns
-    -------
-    bool
-        True if the misses of the last quarter are under half those of the first, or if the
-        peaks of the last quarter creep one way at some fixed lag.
-    """
-    quarter = peaks.size // 4
-    if quarter == 0:
-        return False
-    last = peaks.size - quarter
-    if np.max(misses[last:]) < 0.5 * np.max(misses[:quarter]):
-        return True
-    for lag in range(1, min(MOST_LOOPS, quarter) + 1):
-        steps = peaks[last:] - peaks[last - lag : -lag]
-        if np.all(steps <= 0.0) or np.all(steps >= 0.0):
-            return True
-    return False

@@ -19,7 +19,7 @@ from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion import _kernel_flow as kernel
 from aeroflutter.motion._kernel_flow import enter
-from aeroflutter.motion._kernel_proofs import Proofs, trapped
+from aeroflutter.motion._kernel_proofs import DAMPED, Proofs, resting
 from aeroflutter.motion.march import March
 from aeroflutter.motion.proofs import proofs_of, proofs_of_many
 from aeroflutter.motion.step_tables import StepTables, build
@@ -453,11 +453,15 @@ class Flow:
         )
 
     def rest(self, x: ArrayLike, memory: ArrayLike = 0.0) -> float:
-        """y of rest of the first output if a motion provably never leaves its mode; else NaN."""
+        """y of rest of the first output if a motion provably comes to it; else NaN.
+
+        It never leaves its mode again, or it is within the basin of a rest at a corner.
+        """
         march = March(self, self.begin(x, memory))
         table = self.table(march.motion.modes)
         enter(self.arrays, march.motion)
-        return float(trapped(self.arrays, march.motion, self.proofs, table))
+        state, _, rest = resting(self.arrays, march.motion, self.proofs, table)
+        return float(rest) if state == DAMPED else float("nan")
 
     # --- where a motion stands
 

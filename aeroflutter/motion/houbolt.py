@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 __all__ = ["march"]
 
 STEPS_A_PERIOD = 8  # fewer do not resolve an oscillation at all
+STEPS_IN_TRUTH = 50  # fewer damp one by over 0.001 of critical, which is much beside the air
 PERIODS_A_WINDOW = 4
 LEAST_WINDOW = 6000  # steps; the buffers then stay in the cache, and the looks cost little
 RECURRENCE = 2e-3  # switches fall anywhere within a step, so a cycle never repeats exactly
@@ -84,8 +85,24 @@ def march(
         )
     window = PERIODS_A_WINDOW * longest if np.isfinite(longest) else 0.0
     run = _Run(system, spring, scheme, state, memory, options, window)
+    if options.dt * STEPS_IN_TRUTH > shortest:
+        run.warning = (
+            f"; dt = {options.dt:g} damps the fastest oscillation (period {shortest:.4g}) by "
+            f"{numerical_damping(2 * np.pi * options.dt / shortest):.2g} of critical by itself: "
+            f"take at most {shortest / STEPS_IN_TRUTH:.2g}"
+        )
     run.go()
     return run.response()
+
+
+def numerical_damping(theta: float) -> float:
+    """Damping ratio that the scheme gives to q'' + ω² q = 0, for θ = ω Δτ.
+
+    It solves (2 + θ²) z³ - 5 z² + 4 z - 1 = 0 instead, and q goes as zⁿ.
+    """
+    roots = np.roots([2.0 + theta**2, -5.0, 4.0, -1.0])
+    z = max(roots[roots.imag > 0.0], key=abs)
+    return float(-np.log(abs(z)) / np.angle(z))
 
 
 @lru_cache(maxsize=16)
@@ -209,6 +226,7 @@ class _Run:
         self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
         self.floor = 1e-14 * self.watch.size
         self.verdict: Verdict | None = None
+        self.warning = ""
         self.done = 1  # the start-up reaches +Δτ
         self.stride = 1 + self.total // MOST_SAMPLES
         self.last = 0
@@ -220,7 +238,7 @@ class _Run:
         while self.done < self.total and not (self.verdict and self.options.decide):
             part = self.buffers
             steps = min(self.window, self.total - self.done)
-            switch = march_kernel(
+            march_kernel(
                 steps,
                 self.last,
                 self.scheme.step,
@@ -247,18 +265,16 @@ class _Run:
             if left:
                 self.verdict = self.watch.diverged(reached)
                 return
-            verdict = self._judge(turns, low, high, switch < steps // 2)
+            verdict = self._judge(turns, low, high)
             self.verdict = self.verdict or verdict  # what is decided stays so
             if self.options.progress:
                 self.options.progress(self.done / self.total)
 
-    def _judge(self, turns: int, low: float, high: float, quiet: bool) -> Verdict | None:
-        """Show the window to the watch; `quiet` if the spring has not switched for a while."""
+    def _judge(self, turns: int, low: float, high: float) -> Verdict | None:
+        """Show the window to the watch."""
         times, values = self.turns
         verdict = self.watch.add(times[:turns].copy(), values[:turns].copy(), low, high)
-        if verdict is None and quiet:
-            verdict = self.watch.trapped(*self._end())
-        return verdict
+        return verdict or self.watch.trapped(*self._end())
 
     def _states(self, first: int, last: int) -> Array:
         """States after the steps `first` to `last` of the window, shape (last - first, n)."""
@@ -302,13 +318,13 @@ class _Run:
         """The result, once the march is over."""
         dt = self.options.dt
         duration = self.done * dt
-        verdict = self.verdict or self.watch.last(duration)
+        final_state, final_memory = self._end()
+        verdict = self.verdict or self.watch.last(duration, final_state, final_memory)
         index, states, memory = (np.concatenate(parts) for parts in zip(*self.kept, strict=True))
         record = slice(None) if self.options.record else slice(0)
-        final_state, final_memory = self._end()
         return Response(
             state=verdict.state,
-            reason=verdict.reason,
+            reason=verdict.reason + self.warning,
             engine="houbolt",
             duration=duration,
             final_state=final_state,

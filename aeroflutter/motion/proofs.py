@@ -9,6 +9,9 @@ the best that the quadratic Lyapunov functions Σ w_i |z_i|² can do over all we
 bound is less than the distance of y_e from the edges of the mode, no switch can follow. Where
 the eigenvectors are no basis to be trusted, one Lyapunov function of A takes their place.
 
+Where a pair of eigenvalues is imaginary its |z_i| stays as it is: the bound holds, no switch can
+follow, and the motion neither dies out nor grows.
+
 A mode that leaves y free (freeplay about the quarter chord) has a zero eigenvalue. Without a
 constant input its coordinate stays as it is, and y_e is where it leaves y.
 
@@ -26,8 +29,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from aeroflutter.motion._kernel_proofs import Proofs
+from aeroflutter.motion.basins import Loop, basins_of
 from aeroflutter.motion.step_tables import balance
-from aeroflutter.springs._kernel_columns import DIRECTION, SLOPE
+from aeroflutter.springs._kernel_columns import DIRECTION, OFFSET, PIECE, SLOPE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,7 +44,8 @@ __all__ = ["proofs_of", "proofs_of_many"]
 
 ZERO = 1e-11  # eigenvalues below this part of the largest are zero
 BASIS = 1e9  # condition beyond which eigenvectors are no basis to be trusted
-NEVER, UNLESS_PUSHED, ALWAYS = 0, 2, 1  # whether the motion about the rest of a mode dies out
+# Whether the motion about the rest of a mode dies out; whether it goes on, but does not grow.
+NEVER, UNLESS_PUSHED, ALWAYS, SWINGS = 0, 2, 1, 3
 
 
 class Spectra(NamedTuple):
@@ -106,8 +111,11 @@ def proofs_of(flow: Flow, known: Proofs | None = None) -> Proofs:
     generators = flow.arrays.generator[first:]
     spectra = Spectra.of(generators[:, :, : flow.n])
     new = _decays(generators, flow.C, spectra, np.arange(len(generators)))
-    joined = [np.concatenate(pair) for pair in zip(known[: len(new)], new, strict=True)]
-    return Proofs._make((*joined, known.grows, known.against, known.unstable))
+    joined: Any = [np.concatenate(pair) for pair in zip(known[: len(new)], new, strict=True)]
+    rests = joined[0], joined[4]
+    return Proofs._make(
+        (*joined, known.grows, known.against, *_corners(flow, *rests), known.unstable, known.idle)
+    )
 
 
 def proofs_of_many(flows: Sequence[Flow]) -> list[Proofs]:
@@ -120,16 +128,41 @@ def proofs_of_many(flows: Sequence[Flow]) -> list[Proofs]:
     outer = list(product(*(set(piece.outside) for piece in first.pieces)))
     closed = [flow.closed(slopes) for flow in flows for slopes in outer]
     values = np.linalg.eigvals(np.array(closed))
-    rising = np.max(values.real, axis=1) > ZERO * np.max(np.abs(values), axis=1)
-    unstable = np.any(rising.reshape(len(flows), len(outer)), axis=1)
+    small = ZERO * np.max(np.abs(values), axis=1)
+    rising = np.max(values.real, axis=1) > small
+    oscillates = np.where(np.abs(values.imag) > small[:, None], values.real, -np.inf)
+    idling = ~rising & (np.max(oscillates, axis=1) >= -small)
+    unstable, idle = (
+        np.any(which.reshape(len(flows), len(outer)), axis=1) for which in (rising, idling)
+    )
     found = []
     for i, flow in enumerate(flows):
         own: Any = (part[i * k : (i + 1) * k] for part in parts)
         grows = np.zeros((0, 2, n)), np.zeros(0)
         if unstable[i] and len(outer) == 1:
             grows = _growth(flow, Spectra.of(np.array(closed[i : i + 1])))
-        found.append(Proofs._make((*own, *grows, int(unstable[i]))))
+        own = list(own)
+        corners = _corners(flow, own[0], own[4])
+        found.append(Proofs._make((*own, *grows, *corners, int(unstable[i]), int(idle[i]))))
     return found
+
+
+def _corners(flow: Flow, decays: NDArray[np.int64], centre: Array) -> tuple[Array, Array]:
+    """Rests at corners of the law of a lone spring, and their forms; see `Proofs`."""
+    n, piece = flow.n, flow.pieces[0]
+    none = np.zeros((0, n + 1)), np.zeros((0, n, n))
+    if flow.m > 1 or piece.memory or piece.modes == 1 or decays.size == 0:
+        return none
+    tables = flow.arrays.lookup[piece.rows[:, PIECE].astype(np.int64)]
+    rests = (tables >= 0) & (decays[tables] == ALWAYS)
+    inputs = np.column_stack((-piece.rows[:, OFFSET], np.ones(piece.modes)))[:, : flow.inputs]
+    centres = np.einsum("knq,kq->kn", centre[tables], inputs)
+    found = basins_of(Loop(flow.A, flow.B[:, 0], flow.C[0], flow.d), piece, rests, centres)
+    if not found:
+        return none
+    return np.array([[*one.centre, one.rest] for one in found]), np.array(
+        [one.form for one in found]
+    )
 
 
 def _can_rest(flow: Flow) -> NDArray[np.bool_]:
@@ -157,8 +190,11 @@ def _decays(
     n = values.shape[1]
     neutral = np.abs(values) <= spectra.small[:, None]
     count = np.sum(neutral, axis=1)
+    swings = (np.abs(values.real) <= spectra.small[:, None]) & ~neutral
     falls = np.all((values.real < -spectra.small[:, None]) | neutral, axis=1) & (count < 2)
+    stays = np.all(values.real <= spectra.small[:, None], axis=1) & (count == 0)
     decays = np.where(falls, np.where(count > 0, UNLESS_PUSHED, ALWAYS), NEVER)
+    decays[stays & np.any(swings, axis=1)] = SWINGS
     decays[~spectra.trusted] = NEVER
     with np.errstate(invalid="ignore"):
         made = C @ spectra.vectors
@@ -168,12 +204,13 @@ def _decays(
         rows = np.where(neutral[:, :, None], 0.0, rows)
         free = ((made * neutral[:, None, :]) @ np.where(neutral[:, :, None], left, 0.0)).real
     heads = (values.imag >= 0.0).astype(np.int64)
+    heads[swings & (heads == 1)] = 2
     for i in np.flatnonzero(falls & ~spectra.trusted & (count == 0)):
         found = _quadratic(spectra.matrices[i], C, spectra.scale[i])
         if found is not None:
             decays[i] = ALWAYS
             rows[i], heads[i], weights[i] = found
-    sure = decays == ALWAYS
+    sure = (decays == ALWAYS) | (decays == SWINGS)
     centre = np.zeros((decays.size, n, generators.shape[2] - n))
     centre[sure] = -np.linalg.solve(spectra.matrices[sure], generators[at[sure], :, n:])
     parts = decays, rows, heads, weights, centre, C @ centre, free

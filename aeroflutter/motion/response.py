@@ -45,8 +45,8 @@ __all__ = [
     "traces",
 ]
 
-State = Literal["damped", "lco", "aperiodic", "divergent", "undecided"]
-STATES: tuple[State, ...] = ("damped", "lco", "aperiodic", "divergent", "undecided")
+State = Literal["damped", "lco", "aperiodic", "divergent", "undecided", "neutral"]
+STATES: tuple[State, ...] = ("damped", "lco", "aperiodic", "divergent", "undecided", "neutral")
 ENGINES = ("auto", "exact", "houbolt")
 CRITERIA = ("scale-free", "thesis")
 DURATION = 20_000.0  # τ, where none is given

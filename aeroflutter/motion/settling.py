@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aeroflutter.motion._kernel_settle import fundamental, mismatch, repeats
+from aeroflutter.motion._kernel_settle import fundamental, repeats
+from aeroflutter.motion.basins import Basin, smooth_basin
+from aeroflutter.motion.evidence import GROUP, PATIENT, Envelope, lossless
+from aeroflutter.motion.parting import exponents
 from aeroflutter.motion.response import SimulateOptions, State
 
 if TYPE_CHECKING:
@@ -28,6 +31,9 @@ __all__ = ["Verdict", "Watch", "closed_slopes", "cycle_measures", "period_range"
 MOST_LOOPS = 16
 KEPT = 4096
 QUIET = 1e-6
+STILL = 1e-9  # of the largest root: what grows no faster does not grow
+NEWTON = 30
+MEASURED = 1000  # oscillations over which an exponent is measured
 OVERFLOW = 1e150  # rad; squares of larger numbers are not finite
 THESIS_DAMPED = np.radians(0.001)
 THESIS_DIVERGENT = np.radians(100.0)
@@ -72,6 +78,9 @@ class Watch:
     turns: int = 0
     rest: float = np.nan
     ranges: list[tuple[float, float]] = field(default_factory=list)
+    envelope: Envelope = field(default_factory=Envelope)
+    loose: Array = field(default_factory=lambda: np.empty(0))
+    basins: dict[float, Basin | None] = field(default_factory=dict)
 
     @classmethod
     def over(
@@ -115,6 +124,7 @@ class Watch:
         self.turns += values.size
         self.times = np.concatenate((self.times, times))[-KEPT:]
         self.values = np.concatenate((self.values, values))[-KEPT:]
+        self._enter(values)
         self.ranges = [*self.ranges[-3:], (low, high)]
         if not max(abs(low), abs(high)) <= self.bound:
             return self.diverged(max(abs(low), abs(high)))
@@ -122,14 +132,72 @@ class Watch:
             return self._thesis()
         return self._calm() or self._cycle()
 
+    def _enter(self, values: Array) -> None:
+        """Enter turning points among the loops of the envelope."""
+        loose = np.concatenate((self.loose, values))
+        if loose.size > 1 and loose[0] > loose[1]:
+            loose = loose[1:]  # a loop begins with its minimum
+        whole = 2 * GROUP * (loose.size // (2 * GROUP))
+        peaks, troughs = loose[1:whole:2], loose[:whole:2]
+        if whole:
+            before = np.concatenate((np.full(MOST_LOOPS, np.inf), peaks))
+            nearest = np.min(
+                [
+                    np.abs(peaks - before[MOST_LOOPS - lag : before.size - lag])
+                    for lag in range(1, MOST_LOOPS + 1)
+                ],
+                axis=0,
+            )
+            heights = np.maximum(peaks - troughs, 1e-300)
+            misses = np.where(np.isfinite(nearest), nearest / heights, 0.0)
+            self.envelope.add(peaks, troughs, misses)
+        self.loose = loose[whole:]
+
     def trapped(self, state: Array, memory: float) -> Verdict | None:
-        """The proof that the spring will never change its branch again, if there is one."""
+        """The proof that the motion comes to rest, if there is one."""
         if self.options.criteria == "thesis":
             return None
-        self.rest = rest_pitch(self.system, self.spring, state, memory)
+        self.rest = self._rest(state, memory)
         if np.isnan(self.rest):
             return None
-        return Verdict("damped", "the motion decays on one branch of the spring for good")
+        return Verdict("damped", "the motion provably decays to a rest from here on")
+
+    def _rest(self, state: Array, memory: float) -> float:
+        """Pitch of the rest to which the motion provably comes, or NaN."""
+        if self.spring.piece_table() is not None:
+            return rest_pitch(self.system, self.spring, state, memory)
+        middle = 0.5 * sum(self.ranges[-1]) if self.ranges else float(self.system.c @ state)
+        near = self._still_pitch(middle)
+        if np.isnan(near):
+            return near
+        known = round(near / self.size, 9)
+        if known not in self.basins:
+            self.basins[known] = smooth_basin(self.system, self.spring, near, self.size)
+        basin = self.basins[known]
+        if basin is None:
+            return float("nan")
+        away = state - basin.centre
+        return basin.rest if float(away @ basin.form @ away) < 1.0 else float("nan")
+
+    def _still_pitch(self, pitch: float) -> float:
+        """The equilibrium next to a pitch, by Newton's method; NaN if there is none."""
+        stiffness, step = self.system.static_gain_inverse(), 1e-6 * self.size
+        for _ in range(NEWTON):
+            force = float(self.spring.moment(pitch)) + stiffness * pitch
+            slope = self._slope(pitch) + stiffness
+            change = force / slope if slope else np.inf
+            if not abs(change) < 10.0 * self.size:
+                return float("nan")
+            pitch -= change
+            if abs(change) < 1e-3 * step:
+                return 0.0 if abs(pitch) < step and self.spring.moment(0.0) == 0.0 else pitch
+        return float("nan")
+
+    def _slope(self, pitch: float) -> float:
+        """Slope of the spring at a pitch, by differences."""
+        step = 1e-6 * self.size
+        rise = self.spring.moment(pitch + step) - self.spring.moment(pitch - step)
+        return float(rise) / (2.0 * step)
 
     def measures(self, verdict: Verdict, last: Callable[[int], Array], dt: float) -> dict[str, Any]:
         """Amplitude, bias, period, first harmonic and rest of a Response.
@@ -167,9 +235,15 @@ class Watch:
 
     def _calm(self) -> Verdict | None:
         falling = len(self.ranges) > 1 and self._width() <= self._width(-2)
-        if falling and 0.5 * self._width() <= QUIET * self.size:
+        if falling and 0.5 * self._width() <= QUIET * self.size and self._holds():
             return Verdict("damped", f"the oscillation fell below {QUIET:g} of the spring's scale")
         return None
+
+    def _holds(self) -> bool:
+        """Whether small motions about where the motion is do not grow."""
+        matrix = self.system.closed(self._slope(0.5 * sum(self.ranges[-1])))
+        values = np.linalg.eigvals(matrix)
+        return bool(values.real.max() <= STILL * np.abs(values).max())
 
     def _width(self, window: int = -1) -> float:
         low, high = self.ranges[window]
@@ -181,34 +255,46 @@ class Watch:
             return None
         return Verdict("lco", f"the motion repeats after {_loops(loops)}", loops)
 
-    def last(self, time: float) -> Verdict:
-        """The end state when the time is up without a decision."""
+    def last(self, time: float, state: Array | None = None, memory: float = 0.0) -> Verdict:
+        """The end state when the time is up without a decision.
+
+        Parameters
+        ----------
+        time
+            When that is.
+        state, memory
+            Where the motion stands, (n,); without it nothing is measured there.
+        """
         if self.options.criteria == "thesis":
             return Verdict("lco", f"neither damped nor divergent after tau = {time:g}", 1)
-        cycles = self.turns // 2
-        if cycles >= self.options.cycles and not self._drifting():
-            return Verdict("aperiodic", f"bounded and never repeating over {cycles} cycles")
-        why = "still drifting" if self._drifting() else "not settled"
+        cycles, envelope = self.turns // 2, self.envelope
+        if envelope.loops >= self.options.cycles and state is not None:
+            verdict = self._evident(state, memory)
+            if verdict is not None:
+                return verdict
+        why = "not settled"
+        if envelope.loops:
+            rate = 100.0 * envelope.change().rate
+            why = f"still drifting by {rate:.3g} % a hundred cycles"
         return Verdict("undecided", f"{why} at tau = {time:g} after {cycles} cycles")
 
-    def _drifting(self) -> bool:
-        """Whether the last hundred cycles resemble one another but for a slow change.
-
-        Fewer would take the quiet spells of an intermittent chaos for a drift. Maxima that only
-        fall, or only rise, drift however fast they do.
-        """
-        maxima = np.diff(self.values[-200::2])
-        if maxima.size >= 50 and (np.all(maxima < 0.0) or np.all(maxima > 0.0)):
-            return True
-        for loops in range(1, 5):
-            span = min(self.values.size - 2 * loops, 200)
-            if span < 16:
-                return False
-            size = 0.5 * float(np.ptp(self.values[-span:]))
-            error, spread = mismatch(self.times, self.values, loops, span)
-            if error <= 10 * self.recurrence * size and spread <= 10 * self.recurrence:
-                return True
-        return False
+    def _evident(self, state: Array, memory: float) -> Verdict | None:
+        """What the envelope is evidence of, by the rules of the exact engine."""
+        envelope, cycles = self.envelope, self.turns // 2
+        if envelope.change().moving and not envelope.flat:
+            return None
+        found = exponents(self.system, self.spring, state, memory, min(envelope.loops, MEASURED))
+        if found is None:
+            return None
+        said = f"bounded, its envelope stationary over {cycles} cycles"
+        if envelope.chaotic(found):
+            return Verdict("aperiodic", f"{said}, neighbours part: exponent {found.values[0]:.3g}")
+        if envelope.loops >= PATIENT * self.options.cycles and envelope.stationary():
+            slopes = closed_slopes(self.spring, float(self.system.c @ state))
+            if lossless(np.array([self.system.closed(slope) for slope in slopes])):
+                return Verdict("neutral", "nothing is damped: the motion neither settles nor grows")
+            return Verdict("aperiodic", f"{said}, neighbours neither part nor meet")
+        return None
 
 
 def _loops(count: int) -> str:

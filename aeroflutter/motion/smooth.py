@@ -27,6 +27,8 @@ RECURRENCE = 1e-5
 DRIFT = 1e-7
 LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
 PATIENCE = 50  # times `cycles` that a motion still settling may take
+CIRCLE = 1e-5  # distance of a multiplier from one that differences do not tell from zero
+NEITHER = "a cycle that neither attracts nor repels: a multiplier on the unit circle"
 COARSE = 64  # samples a window where no record is wanted
 KEPT = 40  # windows of a motion of which no record is wanted
 
@@ -103,7 +105,8 @@ class _Run:
             pitch = np.concatenate([stretch.samples, self.motion.state[None]]) @ self.system.c
         times, values = stretch.turns.T
         seen = np.concatenate((pitch, values))
-        return self.watch.add(times, values, float(np.min(seen)), float(np.max(seen)))
+        found = self.watch.add(times, values, float(np.min(seen)), float(np.max(seen)))
+        return found or self.watch.trapped(self.motion.state, self.memory)
 
     def response(self) -> Response:
         """The result, once the march is over."""
@@ -115,6 +118,8 @@ class _Run:
         cycle = self._cycle(verdict, measures.get("period", np.nan))
         if cycle:
             extras["multiplier"] = cycle.pop("multiplier")
+            if abs(extras["multiplier"] - 1.0) < CIRCLE:
+                verdict = Verdict("neutral", NEITHER)
         return Response(
             state=verdict.state,
             reason=verdict.reason,
@@ -142,4 +147,4 @@ class _Run:
     def _last(self) -> Verdict:
         if self.failure:
             return Verdict("undecided", self.failure)
-        return self.watch.last(self.motion.time)
+        return self.watch.last(self.motion.time, self.motion.state, self.memory)

@@ -30,6 +30,7 @@ COLOURS = {
     "aperiodic": look.PURPLE,
     "divergent": look.VERMILION,
     "undecided": "#BBBBBB",
+    "neutral": look.GREEN,
     "failed": look.BLACK,
 }
 NAMES = {"lco": "limit cycle"}

@@ -23,13 +23,14 @@ __all__ = ["FIGURES", "plot_overview", "plot_response", "plot_sweeps"]
 PITCH_RATE = r"pitch rate $\alpha'$ (deg per {})"
 TAU = look.Clock()
 MOST_POINTS = 20_000  # a line of more is drawn by its envelope
-UNSETTLED = ("divergent", "undecided")
+UNSETTLED = ("divergent", "undecided", "neutral")
 STATE_COLOURS = {
     "damped": look.GREY,
     "lco": look.BLUE,
     "aperiodic": look.VERMILION,
     "divergent": look.PURPLE,
     "undecided": look.ORANGE,
+    "neutral": look.GREEN,
 }
 
 

@@ -178,7 +178,7 @@ function curveShapes() {
 
 // ---------------------------------------------------------------- flutter map
 
-const MAPPED = ["damped", "aperiodic", "divergent", "undecided", "failed"];
+const MAPPED = ["damped", "aperiodic", "divergent", "undecided", "neutral", "failed"];
 
 /** A grid (columns of rows, as it comes) turned for plotly, which wants rows of columns. */
 const turned = (values, pick) =>

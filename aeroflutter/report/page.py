@@ -31,6 +31,7 @@ LETTERS = {
     "aperiodic": "a",
     "divergent": "D",
     "undecided": "?",
+    "neutral": "n",
     "failed": "!",
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -152,10 +153,8 @@ class Table(PiecewiseLinear):
             raise InputError(problems)
 
     def pieces(self) -> Pieces:
-        """One piece an interval; the end pieces go on beyond the table."""
-        pitch, moment = np.array(self.pitch), np.array(self.moments)
-        slopes = np.diff(moment) / np.diff(pitch)
-        return Pieces(pitch[1:-1], slopes, moment[:-1] - slopes * pitch[:-1])
+        """One piece from corner to corner; the end pieces go on beyond the table."""
+        return _straight_pieces(self.pitch, self.moments)
 
     def scaled(self, factor: float) -> Self:
         """The table with pitch and moment both multiplied by `factor`."""
@@ -320,6 +319,42 @@ class DeadZone(PiecewiseLinear):
     def scaled(self, factor: float) -> Self:
         """The gap multiplied by `factor`."""
         return type(self)(check_factor(factor) * self.gap, self.slope)
+
+
+@lru_cache(maxsize=64)
+def _straight_pieces(pitch: tuple[float, ...], moments: tuple[float, ...]) -> Pieces:
+    """The pieces of a table: points on a line, but for their round-off, are no corners.
+
+    Slopes that are the same but for it are made the same: they share a mode of the flow.
+    """
+    x, F = np.array(pitch), np.array(moments)
+    steepest = np.max(np.abs(np.diff(F) / np.diff(x)))
+    noise = 4.0 * np.finfo(float).eps * (np.abs(F) + steepest * np.abs(x))
+    corners = _corners(x, F, noise)
+    x, F, noise = x[corners], F[corners], noise[corners]
+    slopes = np.diff(F) / np.diff(x)
+    room = (noise[1:] + noise[:-1]) / np.diff(x)
+    for i in range(1, slopes.size):
+        same = np.flatnonzero(np.abs(slopes[:i] - slopes[i]) <= room[:i] + room[i])
+        slopes[i] = slopes[same[0]] if same.size else slopes[i]
+    return Pieces(x[1:-1], slopes, F[:-1] - slopes * x[:-1])
+
+
+def _corners(x: Array, F: Array, noise: Array) -> list[int]:
+    """Places of the first point, the last, and those where the line through them bends.
+
+    A line goes on for as long as all points passed lie on its chord, so that many small bends do
+    not add up to a large one.
+    """
+    slopes = np.diff(F) / np.diff(x)
+    bends = np.abs(np.diff(slopes)) * np.minimum(np.diff(x)[:-1], np.diff(x)[1:]) > noise[1:-1]
+    kept = [0]
+    for end in range(2, x.size):
+        start, inner = kept[-1], slice(kept[-1] + 1, end)
+        chord = F[start] + (F[end] - F[start]) / (x[end] - x[start]) * (x[inner] - x[start])
+        if bends[end - 2] or np.any(np.abs(chord - F[inner]) > noise[inner]):
+            kept.append(end - 1)
+    return [*kept, x.size - 1]
 
 
 def _numbers(name: str, values: Any, problems: list[str]) -> tuple[float, ...]:

@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from aeroflutter.motion._kernel_flow import PLACE, UNKNOWN
-from aeroflutter.motion.chaos import _kernel_tangent as kernel
-from aeroflutter.motion.chaos.growth import Growth, Landing, first_tangents
+from aeroflutter.motion.chaos.growth import Growth, Landing
 from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
-from aeroflutter.motion.march import March
 from aeroflutter.motion.spectra import PoincareSection
+from aeroflutter.motion.tangents import Tangents
 from aeroflutter.springs import each
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from aeroflutter.model.lure import AnySystem
@@ -24,9 +21,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["ExactEngine", "Tangents"]
-
-SIZING = 64  # maxima from which the size of each state is taken
+__all__ = ["ExactEngine"]
 
 
 @dataclass(frozen=True)
@@ -66,15 +61,10 @@ class ExactEngine:
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
         """Follow the motion with `exponents` tangents over `count` maxima."""
         flow, n = self.flow, self.flow.n
-        start = flow.begin(landing.state_vector, landing.memory)
-        march = March(flow, start, tangents=np.zeros((n + flow.m, exponents)), reaches=True)
-        tangents = Tangents(march, np.ones(n + flow.m))
-        tangents.over(SIZING)
-        tangents.unit = self._unit(march.motion.reach)
-        march.motion.tangents[:n] = tangents.unit[:n, None] * first_tangents(n, exponents)
+        tangents = Tangents.along(flow, landing.state_vector, landing.memory, exponents)
         tangents.over(transient)
         points, times, troughs, logs = tangents.over(count)
-        last = march.point()
+        last = tangents.march.point()
         section = PoincareSection(
             time=times,
             pitch=points[:, :n] @ flow.C[0],
@@ -91,40 +81,7 @@ class ExactEngine:
             final_memory=_own(last.memory),
         )
 
-    def _unit(self, reach: Array) -> Array:
-        """What counts as one of each (x, h): the size of each state, and that of y for its h."""
-        largest = float(reach.max()) or 1.0
-        sizes = np.abs(self.flow.C) @ reach
-        memories = np.where(sizes > 0.0, sizes, largest)
-        return np.concatenate((np.where(reach > 0.0, reach, largest), memories))
-
 
 def _own(values: Array) -> Any:
     """The number of one spring, or those of several."""
     return float(values[0]) if values.size == 1 else values
-
-
-@dataclass
-class Tangents:
-    """A motion with its tangents, between two calls of the kernel."""
-
-    march: March
-    unit: Array
-
-    def over(self, count: int) -> tuple[Array, Array, Array, Array]:
-        """Points, times, troughs and logarithms of the growth at the next maxima."""
-        flow, motion = self.march.flow, self.march.motion
-        m, k = motion.tangents.shape
-        points, times = np.empty((count, m)), np.empty(count)
-        troughs, logs = np.empty(count), np.empty((count, k))
-        clock, total = np.array([np.inf, 0.0]), np.zeros(k)
-        motion.clock[0] = 0.0
-        status = UNKNOWN
-        while status == UNKNOWN:
-            status = kernel.returns(
-                flow.arrays, motion, self.unit, total, clock, points, times, troughs, logs
-            )
-            if status == UNKNOWN:
-                flow.prepare(np.array([motion.memo[PLACE]]))
-        found = int(clock[kernel.COUNT])
-        return points[:found], times[:found], troughs[:found], logs[:found]

@@ -11,9 +11,9 @@ import numpy as np
 from aeroflutter.analysis import Result
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import LureSystem
-from aeroflutter.motion.chaos.exponents import Exponents, measured, of_eigenvalues
 from aeroflutter.motion.chaos.options import ChaosOptions
 from aeroflutter.motion.entry import at_a_speed
+from aeroflutter.motion.exponents import Exponents, measured, of_eigenvalues
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.springs import alone, each, simplify, straight
 
@@ -267,7 +267,7 @@ def _judge(landing: Landing, growth: Growth, exponents: Exponents) -> tuple[Verd
     if positive:
         return "chaotic", f"{largest}: positive", 0
     closing = 0 < recurrence(growth.section.states, CLOSING) <= FEW_LOOPS
-    if landing.state == "aperiodic" and _two_zeros(exponents) and not closing:
+    if landing.state in ("aperiodic", "neutral") and _two_zeros(exponents) and not closing:
         second = f"second {values[1]:.4g} ± {error[1]:.2g}"
         return "quasi-periodic", f"{largest}, {second}: both zero, and no recurrence", 0
     return "undecided", f"{largest}: not positive, but no recurrence; {landing.reason}", 0

@@ -25,6 +25,7 @@ from scipy.linalg import expm
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.model.lure import AnyFamily, LureSystem, as_family
+from aeroflutter.model.system import System
 from aeroflutter.orbits.harmonic.balance import Cycle
 from aeroflutter.orbits.harmonic.joint import monodromy
 from aeroflutter.orbits.harmonic.moment import Answer, Segmented, waveform
@@ -95,7 +96,9 @@ def multipliers(
         If the monodromy overflows.
     """
     answers = answer if isinstance(answer, Sequence) else (answer,)
-    system, fold = as_family(family).at(cycle.speed), 2 if symmetric else 1
+    whole, fold = as_family(family), 2 if symmetric else 1
+    # not `at`: a walk may look beyond the last sample before it knows that it ends there
+    system = System(*whole.stack(cycle.speed), whole.names, whole.units, whole.state_names)
     with np.errstate(over="ignore", invalid="ignore"):
         if len(answers) > 1:
             matrix = monodromy(system, cycle.omega, answers, fold)

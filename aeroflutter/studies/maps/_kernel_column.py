@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1, Whole2
+from aeroflutter.motion._kernel_attracted import closes_in
 from aeroflutter.motion._kernel_ends import (
     AMPLITUDE,
     ATTRACTOR,
@@ -50,7 +51,7 @@ from aeroflutter.motion._kernel_flow import (
     enter,
     march,
 )
-from aeroflutter.motion._kernel_proofs import DAMPED, KNOWN, LCO, TRAPPED, Proofs, trapped
+from aeroflutter.motion._kernel_proofs import DAMPED, KNOWN, LCO, ONWARD, Proofs, resting
 from aeroflutter.motion._kernel_roots import ABOVE
 
 Array = NDArray[np.float64]
@@ -58,9 +59,9 @@ Index = NDArray[np.int64]
 
 OVER, OPEN = 0, 1  # why a call comes back: all cells are over, one is to be settled
 # What `memo` holds: the cell at hand, its returns, how many cycles and paths are known, where the
-# cell went.
-CELL, RETURNS, CYCLES, PATHS, GOAL = 0, 1, 2, 3, 4
-MEMOS = 5
+# cell went, and what proves that it rests.
+CELL, RETURNS, CYCLES, PATHS, GOAL, REASON = 0, 1, 2, 3, 4, 5
+MEMOS = 6
 
 MOST_PATHS = 12
 MOST_RETURNS = 1024
@@ -122,13 +123,15 @@ class Targets(NamedTuple):
     ----------
     point, size
         State of the cycle where it returns, and the scale of each, (q, n).
-    Q, P, rho
+    Q, P, rho, slow
         Derivative of the return map over a period in units of `size`, and the norm in which it
-        contracts by ρ, (q, n, n) twice and (q,).
+        contracts by ρ, (q, n, n) twice and (q,); rows of what decays slowest, (q, 2, n).
+    reach
+        Length of that up to which the return map contracts, (q,).
     lag
         Returns a period, (q,); 0 where the cycle does not come to the section.
     scratch
-        (5, n).
+        (4, n).
     """
 
     point: Real2
@@ -136,6 +139,8 @@ class Targets(NamedTuple):
     Q: Real3
     P: Real3
     rho: Real1
+    slow: Real3
+    reach: Real1
     lag: Whole1
     scratch: Real2
 
@@ -269,40 +274,17 @@ def near(targets: Targets, j: int, point: Array) -> bool:
 
 @kernel(inner=True, bare=True)
 def caught(targets: Targets, j: int, points: Array, k: int) -> bool:
-    """Whether the last three returns go to target j as its linear map says.
-
-    Each of two returns must come closer, in the norm in which the map contracts by ρ, and must
-    land within (1 - ρ)/2 of the distance before of where the linear map puts it: what the
-    linear map leaves out shrinks faster than the distance, so all later returns do the same.
-    """
-    n, lag = points.shape[1], targets.lag[j]
+    """Whether the last three returns go to target j; see `_kernel_attracted`."""
+    lag, work = targets.lag[j], targets.scratch
     if k < 2 * lag:
         return False
-    at, size, Q, P, work = (
-        targets.point[j], targets.size[j], targets.Q[j], targets.P[j], targets.scratch
-    )  # fmt: skip
-    for i in range(n):
-        for m in range(3):
-            work[m, i] = (points[k - m * lag, i] - at[i]) / size[i]
-    slack = 0.5 * (1.0 - targets.rho[j])
-    before = np.inf
-    for turn in range(2, -1, -1):
-        far, off = 0.0, 0.0
-        for i in range(n):
-            if turn < 2:
-                work[3, i] = work[turn, i]
-                for o in range(n):
-                    work[3, i] -= Q[i, o] * work[turn + 1, o]
-        for i in range(n):
-            for o in range(n):
-                far += work[turn, i] * P[i, o] * work[turn, o]
-                if turn < 2:
-                    off += work[3, i] * P[i, o] * work[3, o]
-        far = np.sqrt(max(far, 0.0))
-        if turn < 2 and not (far < before and np.sqrt(max(off, 0.0)) <= slack * before):
-            return False
-        before = far
-    return True
+    for i in range(points.shape[1]):
+        for turn in range(3):
+            away = points[k - turn * lag, i] - targets.point[j, i]
+            work[turn, i] = away / targets.size[j, i]
+    return closes_in(
+        targets.Q[j], targets.P[j], targets.slow[j], targets.rho[j], targets.reach[j], work
+    )
 
 
 @kernel(inner=True, bare=True)
@@ -367,9 +349,12 @@ def goal(
         motion.memo[TABLE] = enter(system, motion)
         if motion.memo[TABLE] < 0:
             break
-        rest = trapped(system, motion, proofs, motion.memo[TABLE])
-        if not np.isnan(rest):
+        state, reason, rest = resting(system, motion, proofs, motion.memo[TABLE])
+        if state == DAMPED:
+            memo[REASON] = reason
             return -1, rest
+        if state != ONWARD:
+            break
         mode = motion.modes[0]
         stop, most = variable(AT_SWITCH), variable(LOOK)
         status = march(system, motion, np.inf, most, stop, none, none, none)
@@ -455,7 +440,7 @@ def follow(
         memo[CELL] += 1
         if memo[GOAL] == -1:
             row[AMPLITUDE], row[BIAS], row[REST] = 0.0, rest, rest
-            codes[cell, 0], codes[cell, 1] = DAMPED, TRAPPED
+            codes[cell, 0], codes[cell, 1] = DAMPED, memo[REASON]
             continue
         j = memo[GOAL]
         row[AMPLITUDE], row[BIAS], row[PERIOD] = (

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.motion import _kernel_ends as ends
-from aeroflutter.motion._kernel_dense import contraction
+from aeroflutter.motion._kernel_dense import contraction, slowest
 from aeroflutter.motion._kernel_flow import AT_SWITCH, LAST, STOPPED
 from aeroflutter.motion._kernel_proofs import LCO
 from aeroflutter.motion._kernel_roots import ABOVE
-from aeroflutter.motion.endstates import EndOptions, Settling
-from aeroflutter.motion.flow import EVENTS, Flow
+from aeroflutter.motion.endstates import EndOptions
+from aeroflutter.motion.flow import EVENTS, Flow, Point
+from aeroflutter.motion.judge import Settling
 from aeroflutter.motion.march import March, workspace
+from aeroflutter.motion.reach import SLOW, contracts_within, next_gate
 from aeroflutter.studies.maps import _kernel_column as kernel
 
 __all__ = ["Column", "decide_cells"]
@@ -149,8 +151,8 @@ def _no_targets(n: int) -> kernel.Targets:
     count = kernel.MOST_PATHS
     return kernel.Targets(
         np.zeros((count, n)), np.ones((count, n)), np.zeros((count, n, n)),
-        np.zeros((count, n, n)), np.ones(count), np.zeros(count, dtype=np.int64),
-        np.zeros((5, n)),
+        np.zeros((count, n, n)), np.ones(count), np.zeros((count, 2, n)), np.full(count, np.inf),
+        np.zeros(count, dtype=np.int64), np.zeros((4, n)),
     )  # fmt: skip
 
 
@@ -176,7 +178,11 @@ def aim(flow: Flow, cycles: ends.Cycles, j: int, targets: kernel.Targets) -> Non
     Q = (passage.jacobian[:n, :n] - np.outer(rate, along)) * size / size[:, None]
     targets.point[j], targets.size[j], targets.Q[j] = point.x, size, Q
     targets.rho[j] = contraction(targets.Q[j], float(cycles.radius[j]), targets.P[j])
+    values = np.linalg.eigvals(Q)
+    slowest(targets.Q[j], targets.P[j], complex(values[np.argmax(np.abs(values))]), targets.slow[j])
     targets.lag[j] = lag
+    if cycles.radius[j] > SLOW:
+        targets.reach[j] = _reach(flow, point, period, targets, j)
 
 
 def _returns(march: March, mode: int, gate: int) -> int:
@@ -188,3 +194,14 @@ def _returns(march: March, mode: int, gate: int) -> int:
     events = march.events()
     before = np.append(mode, events[:-1, 2])
     return int(np.sum((events[:, 1] == ABOVE) & (before == gate)))
+
+
+def _reach(flow: Flow, point: Point, period: float, targets: kernel.Targets, j: int) -> float:
+    """How far from a target the returns to the section were seen to come closer."""
+    at, size, lag = targets.point[j], targets.size[j], int(targets.lag[j])
+
+    def back(d: Array) -> Array | None:
+        end = next_gate(flow, at + size * d, point.memory, lag, 0.2 * period / max(lag, 1))
+        return None if end is None else np.asarray((end - at) / size)
+
+    return contracts_within(targets.Q[j], targets.P[j], float(targets.rho[j]), back)

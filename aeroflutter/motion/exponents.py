@@ -84,7 +84,7 @@ def measured(time: Array, logs: Array, blocks: int) -> Exponents:
     -----
     With m < 2 blocks there is nothing to average and all numbers are NaN.
     """
-    from scipy.stats import t as student
+    from scipy.special import stdtrit
 
     size = time.size // blocks
     k = logs.shape[1]
@@ -106,7 +106,7 @@ def measured(time: Array, logs: Array, blocks: int) -> Exponents:
         some = np.unique(np.linspace(0, last[-1], RUNNING).astype(int))
         return Exponents(
             values=gains[-1] / begin[-1],
-            statistical=spread * student.ppf(0.5 + CONFIDENCE / 2, blocks - 1),
+            statistical=spread * stdtrit(blocks - 1, 0.5 + CONFIDENCE / 2),
             drift=second - first,
             resolution=float(np.log(last[-1] + 1) / begin[-1]),
             blocks=means,

@@ -1,0 +1,311 @@
+"""Motions on their way to their end states: the kernel, and what it leaves to its caller."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.motion import _kernel_cycle as closing
+from aeroflutter.motion import _kernel_ends as kernel
+from aeroflutter.motion import _kernel_proofs as codes
+from aeroflutter.motion._kernel_ends import MOST_LOOPS, RING, Cycles
+from aeroflutter.motion._kernel_flow import NOW, PLACE, TABLE, Motion
+from aeroflutter.motion.evidence import PATIENT, Envelope, lossless
+from aeroflutter.motion.exponents import Exponents
+from aeroflutter.motion.march import workspace
+from aeroflutter.motion.reach import reach_of
+from aeroflutter.motion.tangents import growth
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HIGH
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from aeroflutter.motion.endstates import EndOptions
+    from aeroflutter.motion.flow import Flow
+
+    Array = NDArray[np.float64]
+
+__all__ = ["Settling", "no_cycles"]
+
+EXACT = 1e-9  # relative distance of two returns of a motion that is a cycle
+NOTHING = 1e-11  # height of a loop that is nothing to the spring, over the size of the law
+MOST = 4000  # maxima over which an exponent is measured
+
+
+class Settling:
+    """Motions on their way to their end states: the kernel, and what it leaves to its caller.
+
+    Parameters
+    ----------
+    flow, options
+        As for `end_states`.
+    states, memory
+        Where the motions start, (c, n), and the memories there, (c, m), (c,) or one for all.
+    known, share
+        As for `end_states`.
+
+    Attributes
+    ----------
+    states, memories, codes, numbers
+        See `_kernel_ends.settle`.
+    cycles
+        The known ones, and room for those found.
+    """
+
+    def __init__(
+        self,
+        flow: Flow,
+        states: Array,
+        memory: ArrayLike,
+        options: EndOptions,
+        known: Cycles | None = None,
+        share: bool = False,
+    ) -> None:
+        m = flow.m
+        self.flow, self.options, self.share = flow, options, share
+        self.take(states, memory)
+        before = 0 if known is None else int(known.loops.size)
+        self.cycles = no_cycles(before + (MOST_LOOPS if share else 0) + 1, flow.n + m)
+        if known is not None:
+            for part, source in zip(self.cycles, known, strict=True):
+                part[:before] = source
+        self.motion = workspace(flow, reaches=True)
+        self.probe: tuple[Motion, Motion] | None = None
+        self.past = _history(flow, int(options.cycles))
+        self.envelope, self._corner = Envelope(), np.nan
+        self.past.memo[kernel.COUNT] = before
+
+    def take(self, states: Array, memory: ArrayLike) -> None:
+        """Take up other motions."""
+        count = states.shape[0]
+        given = np.asarray(memory, dtype=float)
+        if given.ndim == 1 and given.size == count and count != self.flow.m:
+            given = given[:, None]
+        self.states, self.memories = states, np.array(np.broadcast_to(given, (count, self.flow.m)))
+        self.codes = np.empty((count, 2), dtype=np.int64)
+        self.numbers = np.empty((count, kernel.NUMBERS))
+
+    @property
+    def shared(self) -> Cycles:
+        """The known cycles."""
+        return Cycles._make(part[: self.past.memo[kernel.COUNT]] for part in self.cycles)
+
+    @property
+    def found(self) -> Cycles:
+        """The cycle that the last motion found."""
+        place = int(self.past.memo[kernel.COUNT])
+        return Cycles._make(part[place : place + 1].copy() for part in self.cycles)
+
+    def run(self) -> None:
+        """Settle all of them."""
+        self.past.memo[[kernel.CELL, kernel.PHASE]] = 0
+        limits = np.array(
+            [
+                self.options.duration,
+                self.options.growth,
+                self.flow.springs[0].scale,
+                self.options.cycles,
+                NOTHING * max(piece.size for piece in self.flow.pieces),
+            ],
+            dtype=float,
+        )
+        answers = {
+            kernel.CLOSING: self._close,
+            kernel.BESIDE: self._beside,
+            kernel.COUNTED: self._count,
+            kernel.FOUND: self._keep,
+            kernel.UNPREPARED: self._prepare,
+            kernel.CREEPING: self._creep,
+        }
+        while True:
+            why = kernel.settle(
+                self.flow.arrays, self.motion, self.flow.proofs, self.cycles, self.past, limits,
+                self.states, self.memories, self.codes, self.numbers,
+            )  # fmt: skip
+            if why == kernel.OVER:
+                return
+            answers[why]()
+
+    def _find(self, lag: int, period: float) -> int:
+        """Newton's method from the last return; the cycle goes behind the known ones."""
+        past = self.past
+        place, k = int(past.memo[kernel.COUNT]), int(past.memo[kernel.MAXIMUM])
+        if self.probe is None:
+            m = past.size.size
+            self.probe = workspace(self.flow, np.zeros((m, m))), workspace(self.flow, reaches=True)
+        while True:
+            found = closing.find_cycle(
+                self.flow.arrays, *self.probe, past.points[k % RING], period, lag, past.size,
+                float(past.clock[kernel.SPAN]), self.cycles, place,
+            )  # fmt: skip
+            if found != closing.UNPREPARED:
+                return int(found)
+            self.flow.prepare(np.array([self.probe[0].memo[PLACE]]))
+
+    def _close(self) -> None:
+        """A motion has nearly closed."""
+        memo, times = self.past.memo, self.past.times
+        k, lag = int(memo[kernel.MAXIMUM]), int(memo[kernel.BEHIND])
+        found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
+        miss = 4.0 * self.past.clock[kernel.TRIES]
+        if found == closing.ATTRACTS:
+            place = int(memo[kernel.COUNT])
+            self.cycles.reach[place] = reach_of(self.flow, self.cycles, place)
+            memo[kernel.OWN], memo[kernel.PHASE] = 1, kernel.COUNTING
+        elif found == closing.INDIFFERENT and miss < EXACT:
+            self._measure()
+            self._end(codes.NEITHER, codes.NEUTRAL)
+
+    def _beside(self) -> None:
+        """A motion goes to a member of a continuum of cycles: take the one at hand."""
+        place = int(self.past.memo[kernel.COUNT])
+        self._find(int(self.cycles.loops[place]), float(self.cycles.period[place]))
+        self._measure()
+        self._end(codes.LCO, codes.CONVERGED)
+
+    def _measure(self) -> None:
+        """Enter what there is to say of the cycle that was found last."""
+        place, cycles = int(self.past.memo[kernel.COUNT]), self.cycles
+        row = self.numbers[self.past.memo[kernel.CELL]]
+        row[kernel.AMPLITUDE], row[kernel.BIAS] = cycles.amplitude[place], cycles.bias[place]
+        row[kernel.PERIOD], row[kernel.RADIUS] = cycles.period[place], cycles.radius[place]
+        row[kernel.LOOPS], row[kernel.ATTRACTOR] = cycles.loops[place], -1
+
+    def _count(self) -> None:
+        """A motion has made as many maxima as are judged together."""
+        past, cycles = self.past, int(self.options.cycles)
+        count = int(past.memo[kernel.MAXIMUM]) + 1
+        if count == cycles:
+            self.envelope = Envelope()
+        self.envelope.add(past.peaks, past.troughs, past.misses)
+        due = count // cycles
+        if due & (due - 1) == 0:  # one, two, four, eight, … times as many
+            self._judge(count)
+        if past.memo[kernel.PHASE] != kernel.ENDING and due >= self.options.patience:
+            self._end(codes.UNDECIDED, codes.DRIFTING)
+
+    def _judge(self, count: int) -> None:
+        """What the envelope so far is evidence of."""
+        envelope, row = self.envelope, self.numbers[self.past.memo[kernel.CELL]]
+        change = envelope.change()
+        row[kernel.RATE] = change.rate
+        if envelope.retreats() and self._homogeneous():
+            self._end(codes.DAMPED, codes.RETREATS, self._corner)
+        elif self.flow.proofs.idle and change.total > -change.error:
+            self._end(codes.NEITHER, codes.FLUTTER)
+        elif not change.moving or envelope.flat:
+            found = self._exponents(min(count, MOST))
+            if found is None:
+                return
+            row[kernel.EXPONENT] = found.values[0]
+            if envelope.chaotic(found):
+                self._end(codes.APERIODIC, codes.UNSETTLED)
+            elif count >= PATIENT * self.options.cycles and envelope.stationary():
+                still = lossless(self.flow.arrays.generator[:, :, : self.flow.n])
+                neither = codes.NEITHER, codes.LOSSLESS
+                self._end(*(neither if still else (codes.APERIODIC, codes.TORUS)))
+
+    def _exponents(self, count: int) -> Exponents | None:
+        """The largest exponent over the next so many maxima; None if the motion ends before."""
+        n, past = self.flow.n, self.past
+        point = past.points[past.memo[kernel.MAXIMUM] % RING]
+        return growth(self.flow, point[:n], point[n:], count)
+
+    def _homogeneous(self) -> bool:
+        """Whether the motion is about a rest at a corner of the law, and reaches no other."""
+        low, high = self.envelope.last()
+        piece = self.flow.pieces[0]
+        inside = [float(y) for y in piece.rows[:-1, HIGH] if low <= y <= high]
+        if self.flow.m > 1 or piece.memory or len(inside) != 1:
+            return False
+        self._corner = inside[0]
+        slope, offset, *_ = piece.branch(self._corner)
+        A, b, c = self.flow.A, self.flow.B[:, 0], self.flow.C[0]
+        load = np.append(b * (slope * self._corner + offset) - self.flow.d, self._corner)
+        rows = np.vstack((A, c))
+        x = np.linalg.lstsq(rows, load, rcond=None)[0]
+        terms = np.abs(rows) @ np.abs(x) + np.abs(load)
+        return bool(np.all(np.abs(rows @ x - load) <= 1e-9 * terms + 1e-14 * piece.size))
+
+    def _creep(self) -> None:
+        """A motion has long had no extremum: it may creep up to a rest at the edge of its mode."""
+        rest = one_sided(self.flow, self.motion)
+        if np.isnan(rest):
+            self._end(codes.UNDECIDED, codes.NO_CYCLE)
+        else:
+            self._end(codes.DAMPED, codes.TRAPPED, rest)
+
+    def _keep(self) -> None:
+        """A motion has gone to a cycle that it found itself: let those after it know."""
+        memo, place = self.past.memo, int(self.past.memo[kernel.COUNT])
+        if self.share and not self.cycles.free[place] and place < self.cycles.loops.size - 1:
+            self.numbers[memo[kernel.CELL] - 1, kernel.ATTRACTOR] = place
+            memo[kernel.COUNT] += 1
+
+    def _prepare(self) -> None:
+        """A mode has no table."""
+        self.flow.prepare(np.array([self.motion.memo[PLACE]]))
+
+    def _end(self, state: int, why: int, rest: float = np.nan) -> None:
+        memo = self.past.memo
+        self.past.clock[kernel.GIVEN] = rest
+        memo[kernel.STATE], memo[kernel.REASON], memo[kernel.PHASE] = state, why, kernel.ENDING
+
+
+def _history(flow: Flow, cycles: int) -> kernel.History:
+    """Room for the history of one motion after another."""
+    k = flow.n + flow.m
+    widths = [
+        piece.rows[0, CEILING] - piece.rows[0, FLOOR] if piece.memory else 0.0
+        for piece in flow.pieces
+    ]
+    return kernel.History(
+        points=np.zeros((RING, k)),
+        times=np.zeros(RING),
+        peaks=np.zeros(cycles),
+        troughs=np.zeros(cycles),
+        misses=np.zeros(cycles),
+        size=np.zeros(k),
+        widths=np.array(widths),
+        clock=np.zeros(kernel.CLOCKS),
+        memo=np.zeros(kernel.MEMOS, dtype=np.int64),
+        scratch=np.zeros((4, k)),
+    )
+
+
+def no_cycles(count: int, size: int) -> Cycles:
+    """Room for so many cycles whose points have so many entries."""
+    numbers = (np.zeros(count) for _ in range(4))
+    return Cycles(
+        np.zeros((count, size)), np.ones((count, size)), np.zeros((count, size, size)),
+        np.zeros((count, size, size)), np.zeros(count), np.zeros((count, 2, size)),
+        np.full(count, np.inf),
+        np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64), *numbers,
+    )  # fmt: skip
+
+
+def one_sided(flow: Flow, motion: Motion) -> float:
+    """The y of rest of a motion that creeps up to it from one side for good, else NaN.
+
+    The slowest coordinate is real and outweighs all the others together, now and, since they decay
+    faster, for ever: y - y_e keeps its sign, and the edge beyond y_e is never reached.
+    """
+    n, now, m = flow.n, motion.memo[NOW], flow.m
+    p = motion.memo[TABLE]
+    if p < 0 or m > 1 or motion.window[0, 2] != 0.0:
+        return np.nan
+    generator = flow.arrays.generator[p]
+    values, vectors = np.linalg.eig(generator[:, :n])
+    slowest = int(np.argmax(values.real))
+    if not values[slowest].real < 0.0 or values[slowest].imag != 0.0:
+        return np.nan
+    centre = -np.linalg.solve(generator[:, :n], generator[:, n:] @ motion.inputs)
+    rest, away = float(flow.C[0] @ centre), motion.xs[now, :n] - centre
+    parts = (flow.C[0] @ vectors) * np.linalg.solve(vectors, away)
+    lead = float(parts[slowest].real)
+    others = float(np.sum(np.abs(np.delete(parts, slowest))))
+    low, high = motion.window[0, 0], motion.window[0, 1]
+    room, edge = (high - rest, rest - low) if lead > 0.0 else (rest - low, high - rest)
+    stays = abs(lead) + others < room and abs(lead) > others and edge >= -1e-9 * abs(high - low)
+    return rest if stays else np.nan

@@ -1,0 +1,260 @@
+"""Each verdict on what it is for, and what used to be taken for another."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from marching import event_march
+
+from aeroflutter import (
+    Bilinear,
+    Cubic,
+    Freeplay,
+    Linear,
+    LureSystem,
+    SectionFamily,
+    Table,
+    TypicalSection,
+)
+from aeroflutter.case import load_case
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.model.aerodynamics import QuasiSteady
+from aeroflutter.motion.basins import Loop, absolutely_stable
+from aeroflutter.motion.endstates import EndOptions, end_state, end_states
+from aeroflutter.motion.evidence import GROUP, Envelope
+from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
+from aeroflutter.studies.maps.columns import decide_cells
+
+BRIEF = SimulateOptions(record=False)
+SECTION = SectionFamily(TypicalSection(omega_bar=0.8))
+LIGHT = SectionFamily(TypicalSection(omega_bar=0.8, zeta_alpha=0.001, zeta_xi=0.001), QuasiSteady())
+
+
+def table(pitch, moment) -> Table:
+    return Table(tuple(np.radians(pitch)), tuple(np.radians(moment)))
+
+
+MEASURED = table([-2, -1, 0, 1, 2], [-2.5, -1, 0, 0.8, 2.5])
+KINKED = table([-2, 0, 2], [-1.8, 0, 2])
+
+
+def at(family, ratio):
+    return family.at(ratio * flutter_speed(family))
+
+
+def ends(family, spring, ratio, pitch_deg):
+    return simulate(at(family, ratio), spring, Initial(alpha=np.radians(pitch_deg)), BRIEF)
+
+
+# --- rest at a corner of the law ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("zeta", "spring", "ratio"),
+    [
+        (0.0, MEASURED, 0.5),
+        (0.01, KINKED, 0.5),
+        (0.0, KINKED, 0.9),
+        (0.0, Bilinear(0.0, 0.5, 0.0, np.radians(1.0)), 0.5),
+        (0.0, MEASURED, 0.9),  # within a basin alone
+    ],
+)
+def test_a_rest_at_a_corner_is_damped(zeta, spring, ratio):
+    family = SectionFamily(TypicalSection(omega_bar=0.8, zeta_alpha=zeta, zeta_xi=zeta))
+    end = ends(family, spring, ratio, 0.6)
+    assert (end.state, end.rest) == ("damped", pytest.approx(0.0, abs=1e-12))
+    system = at(family, ratio)
+    start = np.zeros(6)
+    start[1] = np.radians(0.6)
+    sizes = []
+    x = start
+    for _ in range(2):
+        x, _ = event_march(system, spring, x, 0.0, 400.0, rtol=1e-9)
+        sizes.append(np.linalg.norm(x))
+    assert sizes[1] < 0.9 * sizes[0]  # and so it is
+
+
+def test_no_motion_leaves_the_basin_of_a_corner():
+    """From its edge, in many directions, y stays as near as was said, by another integrator."""
+    system = at(SECTION, 0.9)
+    flow = Flow(system, [MEASURED])
+    (rest,), (form,) = flow.proofs.corners, flow.proofs.forms
+    assert rest == pytest.approx(0.0, abs=1e-12)
+    assert np.any(form)
+    rng, room = np.random.default_rng(1), np.radians(1.0)
+    for _ in range(4):
+        x = rng.normal(size=6) * np.array([1, 1, 0.3, 0.3, 1, 1])
+        x *= 0.999 / np.sqrt(x @ form @ x)
+        assert flow.rest(x) == pytest.approx(0.0, abs=1e-12)
+        highest = 0.0
+        for _ in range(40):
+            x, _ = event_march(system, MEASURED, x, 0.0, 2.0, rtol=1e-9)
+            highest = max(highest, abs(system.c @ x))
+        assert highest < room
+    x *= 1.01 * np.sqrt(1.0 / (x @ form @ x))
+    assert np.isnan(flow.rest(x))
+
+
+def test_a_lyapunov_function_is_believed_for_its_sector_alone():
+    """An oscillator whose stiffness may alternate is driven off, unless it is damped well."""
+    for damping, known in ((0.005, False), (0.5, True)):
+        loop = Loop(np.array([[0.0, 1.0], [0.0, -damping]]), *np.eye(2)[::-1], np.zeros(2))
+        # Popov's multiplier knows the potential energy: any static law is stable, and proved so
+        assert absolutely_stable(loop, 0.5, 1.5, np.inf) is not None
+        # what is fed back a quarter of a turn late is not
+        late = Loop(loop.A, loop.b, np.array([1.0, -1.5 * 0.2]), loop.d)
+        assert (absolutely_stable(late, 0.5, 1.5, np.inf) is not None) is known
+
+
+# --- slow decays ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.05, 0.1, 0.5])
+def test_a_cubic_spring_at_low_speed_is_damped(ratio):
+    assert ends(SECTION, Cubic(1.0, 3.0), ratio, 6.0).state == "damped"
+
+
+@pytest.mark.parametrize("pitch", [1.0, 6.0])
+def test_a_decay_of_many_cycles_is_a_decay(pitch):
+    end = ends(LIGHT, Freeplay(np.radians(0.2)), 0.3, pitch)
+    assert end.state == "damped"
+
+
+def test_an_unstable_rest_is_none():
+    """Pitch leaves a rest beyond divergence so slowly that a window sees no oscillation."""
+    section = TypicalSection(omega_bar=0.8, a_h=-0.2, zeta_alpha=0.3, zeta_xi=0.3)
+    system = SectionFamily(section).at(6.8)
+    growth = np.linalg.eigvals(system.closed(1.0))
+    real = growth[np.abs(growth.imag) < 1e-12].real.max()
+    assert 1e-3 < real < 0.1  # it diverges, slowly
+    for engine in ("exact", "houbolt"):
+        options = SimulateOptions(record=False, engine=engine, duration=3000.0)
+        end = simulate(system, Cubic(1.0, 3.0), Initial(alpha=1e-9), options)
+        assert end.state != "damped" or abs(end.rest) > 0.01
+
+
+# --- a map's cell is decided as if alone ----------------------------------------------------------
+
+
+def test_a_column_is_the_sum_of_its_cells():
+    section = TypicalSection(
+        mu=204.02347319304494,
+        a_h=0.18467567230499504,
+        x_alpha=0.07662760368962618,
+        r_alpha=0.4882030436889407,
+        omega_bar=0.8486861461082336,
+        zeta_xi=0.001,
+    )
+    spring = Bilinear(0.0, -0.9596581238802968, 0.08521217907297263, 0.789782304570146)
+    system = at(SectionFamily(section, QuasiSteady()), 0.3263559845240847)
+    states = np.zeros((30, len(system.state_names)))
+    states[:, 1] = np.radians(np.linspace(-3.159, 3.159, 30))
+    memory, options = np.zeros(30), EndOptions(duration=1e7)
+    column = decide_cells(Flow(system, [spring]), states, memory, options)
+    alone = end_states(Flow(system, [spring]), states, memory, options)
+    assert [STATES[code] for code in alone.state] == ["damped"] * 30
+    np.testing.assert_array_equal(column.state, alone.state)
+    np.testing.assert_allclose(column.rest, alone.rest, rtol=1e-9)
+
+
+# --- neither attracts nor repels ------------------------------------------------------------------
+
+
+def test_a_linear_spring_at_the_flutter_speed_is_neutral():
+    end = ends(SECTION, Linear(), 1.0, 3.0)
+    assert end.state == "neutral"
+    system = at(SECTION, 1.0)
+    x, _ = event_march(system, Linear(), [0, np.radians(3.0), 0, 0, 0, 0], 0.0, 3000.0, rtol=1e-10)
+    y = []
+    for _ in range(120):
+        x, _ = event_march(system, Linear(), x, 0.0, 0.25, rtol=1e-10)
+        y.append(system.c @ x)
+    assert end.amplitude == pytest.approx(np.ptp(y) / 2, rel=2e-3)  # 110 samples a period
+
+
+def test_a_loop_at_the_flutter_speed_is_neutral():
+    case = load_case("run14")
+    assert ends(case.family(), case.spring, 1.0, 3.0).state == "neutral"
+    assert ends(case.family(), case.spring, 1.0, 0.2).state == "neutral"  # on its stick for good
+
+
+def test_an_undamped_section_with_a_cubic_spring_has_no_limit_cycle():
+    family = SectionFamily(TypicalSection(omega_bar=0.8), QuasiSteady())
+    end = ends(family, Cubic(1.0, 3.0), 0.5, 3.0)
+    assert end.state == "neutral"
+
+
+def forced() -> tuple[LureSystem, Bilinear]:
+    """A damped oscillator on a bilinear spring, driven by another that nothing damps."""
+    A = np.array(
+        [[0, 1.0, 0, 0], [0, -0.02, 1.0, 0], [0, 0, 0, 1.3], [0, 0, -1.3, 0]],
+    )
+    return LureSystem(A, np.array([0, 1.0, 0, 0]), np.array([1.0, 0, 0, 0])), Bilinear(
+        0.0, 0.3, -0.5, 1.0
+    )
+
+
+def test_the_amplitude_is_that_of_the_last_part_of_a_motion():
+    system, spring = forced()
+    start = np.array([3.0, 0.0, 0.8, 0.0])
+    end = simulate(system, spring, Initial(state=start), BRIEF)
+    assert end.state in ("neutral", "undecided")
+    x, _ = event_march(system, spring, start, 0.0, 900.0, rtol=1e-9)
+    y = []
+    for _ in range(160):
+        x, _ = event_march(system, spring, x, 0.0, 0.05, rtol=1e-9)
+        y.append(x[0])
+    assert end.amplitude == pytest.approx(np.ptp(y) / 2, rel=0.02)
+
+
+# --- evidence -------------------------------------------------------------------------------------
+
+
+def envelope(peaks: np.ndarray, misses: float | np.ndarray = 0.1) -> Envelope:
+    found = Envelope()
+    found.add(peaks, -peaks, np.broadcast_to(misses, peaks.shape))
+    return found
+
+
+def test_an_envelope_that_shrinks_under_a_ripple_is_not_stationary():
+    k = np.arange(800)
+    decay = np.exp(-2e-3 * k) * (1.0 + 0.3 * np.sin(2.399 * k))
+    change = envelope(decay).change()
+    assert change.moving
+    assert change.rate == pytest.approx(np.expm1(-0.2), rel=0.1)
+    assert not envelope(decay).stationary()
+    assert envelope(1.0 + 0.3 * np.sin(2.399 * k)).stationary()
+    assert not envelope(1.0 + 0.3 * np.sin(2.399 * k), 1e-5).stationary()  # a cycle, nearly
+
+
+def test_a_random_envelope_is_stationary_and_a_rising_one_is_not():
+    rng = np.random.default_rng(0)
+    noise = 1.0 + 0.3 * rng.random(4000)
+    assert not envelope(noise).change().moving
+    assert envelope(noise * np.linspace(0.5, 1.0, 4000)).change().moving
+    assert envelope(noise).loops == GROUP * (4000 // GROUP)
+
+
+def test_aperiodic_has_its_exponent_and_undecided_its_rate():
+    family = SectionFamily(TypicalSection(omega_bar=0.2))
+    chaos = ends(family, Freeplay(np.radians(0.5)), 0.3, 7.0)
+    assert chaos.state == "aperiodic"
+    assert "exponent" in chaos.reason
+    flow = Flow(at(LIGHT, 0.3), [Freeplay(np.radians(0.2))])
+    start = np.array([0.0, np.radians(6.0), 0.0, 0.0])
+    end = end_state(flow, start, 0.0, EndOptions(cycles=50, patience=2))
+    assert end.state == "undecided"
+    assert "% a hundred cycles" in end.reason
+
+
+# --- Houbolt --------------------------------------------------------------------------------------
+
+
+def test_houbolt_says_when_its_step_damps_by_itself():
+    coarse = SimulateOptions(engine="houbolt", record=False, duration=1000.0)
+    system = at(SECTION, 0.05)
+    end = simulate(system, Linear(), Initial(alpha=0.05), coarse)
+    assert "dt = 0.1 damps the fastest oscillation" in end.reason
+    fine = simulate(at(SECTION, 0.9), Linear(), Initial(alpha=0.05), coarse)
+    assert "dt" not in fine.reason
