@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from aeroflutter.motion.chaos.growth import Growth, Landing
 from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
@@ -13,7 +15,6 @@ from aeroflutter.motion.tangents import Tangents
 from aeroflutter.springs import each
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from aeroflutter.model.lure import AnySystem
