@@ -51,6 +51,20 @@ SCALE = """
 from aeroflutter._kernel_caller import scaled
 print(scaled(3.0), sum(scaled.stats.cache_hits.values()))
 """
+PATIENT = """
+from aeroflutter.kernels import kernel
+
+@kernel(entry=True, patience=0.001)
+def slow(x: float) -> float:
+    total = 0.0
+    for _ in range(3_000_000):
+        total += x
+    return total
+"""
+ONCE = """
+from aeroflutter._kernel_patient import slow
+print(slow(1.0), len(slow.dispatcher.signatures))
+"""
 
 
 @pytest.fixture
@@ -119,6 +133,18 @@ def test_the_cache_is_where_the_user_wants_it(copy, tmp_path):
     assert (kept / folders.MARKER).exists()
     assert list(kept.glob("_kernel_caller.scaled-*.code"))
     assert not list(copy.rglob("*.nbi")), "nothing is left beside the sources"
+
+
+def test_a_patient_kernel_remembers_what_it_has_taken_uncompiled(copy, tmp_path):
+    """Short commands are never kept waiting for it, and many of them pay for it once."""
+    (copy / "_kernel_patient.py").write_text(PATIENT)
+    cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
+    assert run(copy, ONCE, **cache) == ("3000000.0 0\n", "")
+    (spent,) = tmp_path.glob("aeroflutter/*/_kernel_patient.slow.spent")
+    assert run(copy, ONCE, **cache) == ("3000000.0 1\n", "")
+    spent.write_text("lost")
+    next(spent.parent.glob("_kernel_patient.slow-*.code")).unlink()
+    assert run(copy, ONCE, **cache) == ("3000000.0 0\n", "")
 
 
 def test_a_lost_or_broken_file_is_made_again(copy, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import threading
 from collections.abc import Callable
 from time import thread_time
@@ -100,10 +101,11 @@ def kernel(
 
 
 class Patient:
-    """A kernel that runs uncompiled until it has taken as long as compiling would.
+    """A kernel that runs uncompiled until it has taken, over all processes, what compiling would.
 
     What calls compiled kernels for the heavy work and decides between the calls is quick enough as
-    plain Python for a few motions. Where its machine code is on the disk, that is used at once.
+    plain Python for a few motions. Where its machine code is on the disk, that is used at once;
+    where it is not, the time that it has taken so far is there, noted as a process ends.
     Both give the same numbers: neither contracts or reorders what is written.
 
     Parameters
@@ -123,8 +125,10 @@ class Patient:
     def __call__(self, *arguments: Any) -> Any:
         """Call it."""
         if self._left is None:
-            ready = self.dispatcher.signatures or self.dispatcher._cache.kept()
-            self._left = 0.0 if ready else self.patience
+            cache = self.dispatcher._cache
+            ready = self.dispatcher.signatures or cache.kept()
+            self._left = 0.0 if ready else self.patience - cache.spent()
+            atexit.register(lambda: cache.spend(self.patience - max(self._left or 0.0, 0.0)))
         if self._left <= 0.0 or _work:
             return self.dispatcher(*arguments)
         import numpy as np

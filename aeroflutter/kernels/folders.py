@@ -16,7 +16,7 @@ MARKER = "made-by-aeroflutter.txt"
 
 MARKER_TEXT = "Machine code of aeroflutter, made again when it is missing: this folder may go.\n"
 OURS = re.compile(r"[0-9a-f]{32}")
-FILES = ("*.code", "*.code.*.part")
+FILES = ("*.code", "*.code.*.part", "*.spent")
 MOST_FOLDERS = 8
 LONGEST_UNUSED = 30 * 86400.0
 SHORTEST_UNUSED = 3600.0

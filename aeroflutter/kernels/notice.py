@@ -15,7 +15,7 @@ LONG = 2.0
 """Seconds of compiling in one command after which the line appears."""
 
 LINE = (
-    "aeroflutter: compiling for the first use, which may take a minute "
+    "aeroflutter: compiling for the first use, once, which takes some seconds "
     "(`aeroflutter warmup` compiles everything beforehand)"
 )
 

@@ -90,6 +90,7 @@ class KernelCache(_Cache):
         module = function.__module__.removeprefix("aeroflutter.")
         self._name = f"{module}.{function.__qualname__}".replace("<", "").replace(">", "")
         self._code = hashlib.sha256(function.__code__.co_code).hexdigest()
+        self._spent = f"{self._name}.spent"
         self._enabled = True
         state_hash()
 
@@ -141,6 +142,22 @@ class KernelCache(_Cache):
         """Whether the disk holds a version of the kernel."""
         home = folder()
         return home is not None and any(home.glob(f"{self._name}-*.code"))
+
+    def spent(self) -> float:
+        """Seconds for which the kernel has run uncompiled so far."""
+        try:
+            return float((folder() / self._spent).read_text())  # type: ignore[operator]
+        except (OSError, TypeError, ValueError):  # none yet, or no place, or the disk lost it
+            return 0.0
+
+    def spend(self, seconds: float) -> None:
+        """Note for how long the kernel has run uncompiled; where that fails, it has not."""
+        home = folder()
+        if home is None or self.kept() or not seconds > self.spent():
+            return
+        with suppress(OSError):
+            claim(home)
+            (home / self._spent).write_text(f"{seconds:.3f}")
 
     def enable(self) -> None:
         """Use the disk again."""

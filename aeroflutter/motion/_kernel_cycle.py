@@ -234,7 +234,7 @@ def section_map(normal: Array, monodromy: Array, f: Array, size: Array, Q: Array
             Q[i, j] = (monodromy[i, j] - f[i] * along / across) * size[j] / size[i]
 
 
-@kernel(entry=True, patience=0.5)
+@kernel(entry=True, patience=15.0)
 def find_cycle(
     system: System,
     probe: Motion,

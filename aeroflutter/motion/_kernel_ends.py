@@ -338,7 +338,7 @@ def finish(
     past.memo[PHASE] = FRESH
 
 
-@kernel(entry=True, patience=0.5, bare=True)
+@kernel(entry=True, patience=4.0, bare=True)
 def settle(
     system: System,
     motion: Motion,
