@@ -75,6 +75,21 @@ def test_a_rest_at_a_corner_is_damped(zeta, spring, ratio):
     assert sizes[1] < 0.9 * sizes[0]  # and so it is
 
 
+def test_a_rest_at_a_corner_beside_an_unstable_piece_is_damped():
+    """No Lyapunov function can be: the flat alone would flutter. The motion is seen to shrink."""
+    section = TypicalSection(
+        mu=247.36331299424762,
+        x_alpha=0.05308322178955937,
+        r_alpha=0.5689578344953204,
+        omega_bar=0.21505936687242352,
+    )
+    spring = Bilinear(0.0, 0.32426304175562215, 0.07008450829426682, 0.37376997582386295)
+    end = ends(SectionFamily(section), spring, 0.6205, np.degrees(-0.019))
+    assert not Flow(at(SectionFamily(section), 0.6205), [spring]).proofs.forms.size
+    assert end.state == "damped"
+    assert end.rest == pytest.approx(spring.alpha_f, abs=1e-8)
+
+
 def test_no_motion_leaves_the_basin_of_a_corner():
     """From its edge, in many directions, y stays as near as was said, by another integrator."""
     system = at(SECTION, 0.9)

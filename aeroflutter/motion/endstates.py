@@ -56,8 +56,8 @@ REASONS = {
     codes.NEUTRAL: "a cycle that neither attracts nor repels: a multiplier on the unit circle",
     codes.SWINGING: "an oscillation on this branch of the spring for good, which neither attracts "
     "nor repels: it is not damped, and does not grow",
-    codes.FLUTTER: "at the flutter speed: outside the spring's nonlinearity an oscillation neither "
-    "grows nor dies out",
+    codes.FLUTTER: "outside the spring's nonlinearity an oscillation neither grows nor dies out, "
+    "as at the flutter speed or where nothing is damped",
     codes.LOSSLESS: "nothing is damped: the motion neither settles nor grows",
     codes.OVERFLOWED: "the motion overflowed at tau = {time:g}",
     codes.CHATTERING: "switches without progress in time at tau = {time:g}",

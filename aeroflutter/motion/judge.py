@@ -16,20 +16,22 @@ from aeroflutter.motion.exponents import Exponents
 from aeroflutter.motion.march import workspace
 from aeroflutter.motion.reach import reach_of
 from aeroflutter.motion.tangents import growth
-from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HIGH
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HIGH, LOW
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from aeroflutter.motion.endstates import EndOptions
     from aeroflutter.motion.flow import Flow
+    from aeroflutter.springs import PieceTable
 
     Array = NDArray[np.float64]
 
 __all__ = ["Settling", "no_cycles"]
 
 EXACT = 1e-9  # relative distance of two returns of a motion that is a cycle
-NOTHING = 1e-11  # height of a loop that is nothing to the spring, over the size of the law
+NOTHING = 1e-9  # height of a loop that is nothing to the spring, over the least distance of edges
+LEAST = 1e-12  # the same over the size of the law, for round-off
 MOST = 4000  # maxima over which an exponent is measured
 
 
@@ -106,7 +108,7 @@ class Settling:
                 self.options.growth,
                 self.flow.springs[0].scale,
                 self.options.cycles,
-                NOTHING * max(piece.size for piece in self.flow.pieces),
+                min(_nothing(piece) for piece in self.flow.pieces),
             ],
             dtype=float,
         )
@@ -231,10 +233,16 @@ class Settling:
     def _creep(self) -> None:
         """A motion has long had no extremum: it may creep up to a rest at the edge of its mode."""
         rest = one_sided(self.flow, self.motion)
-        if np.isnan(rest):
-            self._end(codes.UNDECIDED, codes.NO_CYCLE)
-        else:
+        if not np.isnan(rest):
             self._end(codes.DAMPED, codes.TRAPPED, rest)
+            return
+        y = float(self.flow.C[0] @ self.motion.xs[self.motion.memo[NOW], : self.flow.n])
+        floor, clock = _nothing(self.flow.pieces[0]), self.past.clock
+        beside = np.abs(self.flow.pieces[0].rows[:, HIGH] - y).min() <= floor
+        if beside and clock[kernel.SPAN] <= floor < clock[kernel.LARGEST]:
+            self._end(codes.DAMPED, codes.FADED, y)
+        else:
+            self._end(codes.UNDECIDED, codes.NO_CYCLE)
 
     def _keep(self) -> None:
         """A motion has gone to a cycle that it found itself: let those after it know."""
@@ -283,6 +291,14 @@ def no_cycles(count: int, size: int) -> Cycles:
         np.full(count, np.inf),
         np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64), *numbers,
     )  # fmt: skip
+
+
+def _nothing(piece: PieceTable) -> float:
+    """Height of a loop that is nothing to a spring."""
+    edges = np.unique(piece.rows[:, [LOW, HIGH]])
+    gaps = np.diff(edges[np.isfinite(edges)])
+    gaps = gaps[gaps > 1e-9 * piece.size]
+    return float(max(NOTHING * np.min(gaps, initial=piece.size), LEAST * piece.size))
 
 
 def one_sided(flow: Flow, motion: Motion) -> float:
