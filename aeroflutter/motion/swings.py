@@ -67,8 +67,10 @@ def rows_of(system: AnySystem) -> Array:
     return np.array([*(one.row for one in named_rows(whole)), *whole.C])
 
 
-def cycle_extremes(flow: Flow, z: Array, period: float) -> tuple[Array, Array]:
-    """Lowest and highest of each of `rows_of` on the cycle through z = (x, every memory).
+def cycle_extremes(
+    flow: Flow, z: Array, period: float, rows: Array | None = None
+) -> tuple[Array, Array]:
+    """Lowest and highest of rows @ x, by default `rows_of`, on the cycle of z = (x, every memory).
 
     Each is a polynomial within a step: its turns are looked for between nodes, and Newton's method
     finds them to round-off.
@@ -76,7 +78,7 @@ def cycle_extremes(flow: Flow, z: Array, period: float) -> tuple[Array, Array]:
     from aeroflutter.motion.march import March
 
     march = March(flow, flow.begin(z[: flow.n], z[flow.n :]))
-    _, _, y = march.through(period, rows_of(flow.system))
+    _, _, y = march.through(period, rows_of(flow.system) if rows is None else rows)
     order = np.arange(y.shape[1])
     nodes = np.linspace(0.0, 1.0, _NODES)[:, None] ** order
     values, rates = nodes @ y, (nodes[:, :-1] * order[1:]) @ y[:, 1:]

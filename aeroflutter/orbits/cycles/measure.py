@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.motion.swings import Swing, extremes, rows_of, swings_of
+from aeroflutter.motion.swings import Swing, cycle_extremes, rows_of, swings_of
 from aeroflutter.orbits.cycles.centre import Centre
 from aeroflutter.orbits.cycles.loop import Loop, Trace
 from aeroflutter.orbits.cycles.result import Cycle
@@ -21,7 +21,6 @@ __all__ = ["Frame", "anchored", "cycle_at", "sizes_of", "switches_of", "trace_of
 Array = NDArray[np.float64]
 
 _SAMPLES = 512
-_FINE = 2048  # where extremes of every coordinate are looked for
 _SLIDES = 1e-6  # of a spring's size, that its memory moves where it is the one to lead
 _HARMONICS = 16  # of a cycle that are kept
 _MOVED = 1e-9  # of the spring's size, that the memory of a nonlinear cycle moves
@@ -196,12 +195,11 @@ def _swings(
 ) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
     """How far every coordinate and every spring moves, from the cycle marched once more."""
     loop, flow = frame.loop, frame.loop.at(speed)
-    trace = flow.trace(z, period, _FINE)
-    rates = trace.states @ flow.A.T - trace.moments @ flow.B.T + flow.d
-    states, rates = (np.concatenate((part, part[:1])) for part in (trace.states, rates))
+    memory = np.zeros(len(loop.springs))
+    memory[loop.held] = z[loop.n :]
     system = loop.family.at(speed)
     rows = rows_of(system)
-    low, high = extremes(states, rates, period / _FINE, rows)
+    low, high = cycle_extremes(flow.exact, np.append(z[: loop.n], memory), period, rows)
     rest = rows @ frame.centre.rest(loop.family, speed)
     coordinates, springs = swings_of(system, low + rest, high + rest)
     return tuple(coordinates), tuple(springs)
