@@ -370,6 +370,24 @@ def test_every_stable_cycle_of_two_springs_is_on_a_family() -> None:
             assert min(abs(amplitude / one - 1.0) for one in stable) < 1e-6
 
 
+def test_a_loop_in_heave_that_never_meets_its_stops_may_sit_anywhere() -> None:
+    """Nothing but its spring depends on heave: another multiplier is one, and motions end there.
+
+    By harmonic balance too, where the flip that this looks like is none.
+    """
+    family, springs = a_loop(1)
+    speed = 0.7940455657135764 * root_locus(family).flutter.speed
+    options = CycleOptions(simulations=4, points=2, depth=1)
+    (cycle,) = cycles_at(family, springs, speed, options).cycles
+    assert (cycle.stable, cycle.continuum, cycle.symmetric) == (True, True, True)
+    assert cycle.multipliers[1] == pytest.approx(1.0, abs=1e-9)
+    stable = [one for one in balanced(1)[0].cycles if abs(one.speed / speed - 1.0) < 0.03]
+    assert stable
+    assert all(one.stable for one in stable)
+    ends = end_states(Flow(family.at(speed), springs), [[0, 0.1, 0, 0, 0, 0]], 0.0)
+    assert ends.amplitude[0] == pytest.approx(cycle.amplitude, rel=1e-9)
+
+
 def test_df_of_two_springs_is_the_balance_of_one_harmonic() -> None:
     """With one spring outside it is the curve of old; and it says that its bands are for one."""
     family, springs = a_loop(3)

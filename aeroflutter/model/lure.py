@@ -528,6 +528,21 @@ def static_stiffness(family: LureFamily) -> Real:
     return np.asarray(inverse_transfer(A, b, family.c, np.zeros(speeds.size)).real)
 
 
+def integrators(family: AnyFamily) -> NDArray[np.bool_]:
+    """For each output whether its y can rest anywhere, all springs being without moment, (m,).
+
+    A section's heave is one where its own spring stands outside: nothing else depends on it.
+    """
+    whole = as_family(family)
+    speeds = np.linspace(*whole.search_range, 5)
+    A, B, C, _ = whole.stack(speeds)
+    m = B.shape[-1]
+    if len(np.unique(C[0], axis=0)) < m:  # springs that share a coordinate hold one another
+        return np.zeros(m, dtype=bool)
+    static = _system.inverse_transfer(A, B, C, np.zeros(speeds.size)).real
+    return np.asarray(np.all(np.abs(static) <= _ROUND_OFF, axis=(0, 1)))
+
+
 def integrates(family: LureFamily) -> bool:
     """Whether y can rest anywhere without a moment at every speed, ``1/G(0) = 0``.
 

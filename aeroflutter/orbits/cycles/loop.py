@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.model.family import Family
-from aeroflutter.model.lure import AnyFamily, SpringFamily, as_family, integrates
+from aeroflutter.model.lure import AnyFamily, as_family, integrators
 from aeroflutter.motion import flow as exact
 from aeroflutter.motion.flow import Passage, Trace
 from aeroflutter.springs import Spring, Springs, each
@@ -82,7 +82,8 @@ class Loop:
     held
         Places of the springs that have a memory, in the order of z.
     integrates
-        Whether y of a lone spring can rest anywhere without a moment: 1/G(0) = 0 at every speed.
+        Which y can rest anywhere without a moment of any spring, (s,): for a lone one, where
+        1/G(0) = 0 at every speed.
     """
 
     def __init__(self, family: AnyFamily, spring: Springs) -> None:
@@ -93,8 +94,7 @@ class Loop:
         memories = [one.piece_table().memory for one in self.springs]  # type: ignore[union-attr]
         self.held = np.flatnonzero(memories)
         self.m = self.n + self.held.size
-        alone = len(self.springs) == 1
-        self.integrates = alone and integrates(SpringFamily(self.family))
+        self.integrates = integrators(self.family)
         self.at = lru_cache(maxsize=16)(self._at)
 
     @property

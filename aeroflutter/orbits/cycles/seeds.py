@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.motion.endstates import EndOptions, end_states
+from aeroflutter.motion._kernel_ends import Cycles
+from aeroflutter.motion.endstates import EndOptions, EndStates, end_state, end_states
 from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.response import STATES
 from aeroflutter.orbits.continuation import ContinuationOptions, correct
 from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Loop
@@ -151,9 +153,25 @@ def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array
     kept = np.concatenate((np.arange(loop.n), loop.n + loop.held))
     options = EndOptions(cycles=200, patience=10, duration=_PATIENCE * frame.period)
     ends = end_states(flow, states, memory, options, share=True)
-    for z, period, loops in zip(ends.cycles.z, ends.cycles.period, ends.cycles.loops, strict=True):
-        if loops > 0:
-            yield z[kept], float(period)
+    found = [ends.cycles, *_own(flow, states, memory, options, ends)]
+    for cycles in found:
+        for z, period, loops in zip(cycles.z, cycles.period, cycles.loops, strict=True):
+            if loops > 0:
+                yield z[kept], float(period)
+
+
+def _own(
+    flow: Flow, states: Array, memory: Array, options: EndOptions, ends: EndStates
+) -> Iterator[Cycles]:
+    """Cycles of a continuum, which motions do not share, one of each amplitude."""
+    if flow.m == 1:
+        return
+    alone = (np.array([STATES[code] for code in ends.state]) == "lco") & (ends.attractor < 0)
+    _, first = np.unique(np.round(ends.amplitude[alone], 8), return_index=True)
+    for i in np.flatnonzero(alone)[first]:
+        end = end_state(flow, states[i], memory[i], options)
+        if end.cycle is not None:
+            yield end.cycle
 
 
 def mirrors(frame: Frame, z: Array, period: float, speed: float) -> Array | None:

@@ -21,6 +21,7 @@ that sticks all the way while other springs switch, whose place is free within b
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -32,6 +33,7 @@ from aeroflutter.motion._kernel_roots import REVERSAL
 from aeroflutter.motion.flow import Passage
 from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Flow, Loop
+from aeroflutter.springs import Hysteresis
 from aeroflutter.springs._kernel_columns import STICK
 
 __all__ = ["Phase", "Shooting", "Shot"]
@@ -58,7 +60,7 @@ class Shot:
     passage
         The motion over the (half) period.
     free
-        Whether the cycle belongs to a continuum of bias.
+        How many loops could sit elsewhere: the cycle belongs to a continuum of bias.
     stuck
         Places in z of memories that stay as they are all along, where other springs switch.
     """
@@ -68,7 +70,7 @@ class Shot:
     monodromy: Array
     rate: Array
     passage: Passage
-    free: bool
+    free: int
     stuck: NDArray[np.intp]
 
 
@@ -172,16 +174,18 @@ class Shooting:
         jacobian[:m, m + 1] = self._sign * passage.jacobian[:, m] * self.reference
         residual[m], jacobian[m, :m], slope = self._phase(flow, z)
         jacobian[m, m + 1] = slope * self.reference
-        free, stuck = self._free(flow, passage, z), self._stuck(passage)
-        if free and not self.symmetric:
-            drift = self._drift(speed)
-            residual[:m] += drift * (z[-1] - self.hold[-1])
-            jacobian[:m, m - 1] += drift
+        stuck = self._stuck(passage)
+        free = [place for place in self._free(passage, z) if place not in stuck]
+        if not self.symmetric:
+            for place in free:
+                drift = self._drift(speed, place)
+                residual[:m] += drift * (z[place] - self.hold[place - self.loop.n])
+                jacobian[:m, place] += drift
         if stuck.size and not self.symmetric:
             residual[stuck] = z[stuck] - self.hold[stuck - self.loop.n]
             jacobian[stuck] = 0.0
             jacobian[stuck, stuck] = 1.0
-        return Shot(residual, jacobian, monodromy, flow.rate(z), passage, free, stuck)
+        return Shot(residual, jacobian, monodromy, flow.rate(z), passage, len(free), stuck)
 
     def _phase(self, flow: Flow, z: Array) -> tuple[float, Array, float]:
         """Phase condition, its gradient in z (m,) and its derivative with respect to U."""
@@ -199,12 +203,18 @@ class Shooting:
         value = float(c @ (flow.A @ z[:n] + flow.d) - push @ moments)
         return value, gradient, float(c @ (flow.dA @ z[:n]) - (c @ flow.dB) @ moments)
 
-    def _free(self, flow: Flow, passage: Passage, z: Array) -> bool:
-        """Whether the loop could as well sit elsewhere: it never meets a stop, and A integrates."""
-        if not self.loop.integrates or not self.loop.memory or meets_stop(passage.switches):
-            return False
-        spring = self.loop.spring
-        return bool(spring.h_low < z[-1] < spring.h_high)  # type: ignore[attr-defined]
+    def _free(self, passage: Passage, z: Array) -> Iterator[int]:
+        """Places in z of loops that could sit elsewhere: no stop is met, and A integrates."""
+        loop = self.loop
+        for place, i in enumerate(loop.held, start=loop.n):
+            spring = loop.springs[i]
+            if not (loop.integrates[i] and isinstance(spring, Hysteresis)):
+                continue
+            own = passage.switches
+            if len(loop.springs) > 1:
+                own = tuple(switch[1:] for switch in own if switch[0] == i)
+            if not meets_stop(own) and spring.h_low < z[place] < spring.h_high:
+                yield place
 
     def _stuck(self, passage: Passage) -> NDArray[np.intp]:
         """Places in z of the memories of loops that stick while other springs switch."""
@@ -214,8 +224,14 @@ class Shooting:
         still = [i for i, spring in enumerate(self.loop.held) if spring not in moving]
         return self.loop.n + np.array(still, dtype=np.intp)
 
-    def _drift(self, speed: float) -> Array:
-        return np.append(static_state(self.loop.family, speed, 1.0), 1.0)
+    def _drift(self, speed: float, place: int) -> Array:
+        """By what z moves where a loop that is free sits elsewhere by one."""
+        moved = self.loop.held[place - self.loop.n]
+        alone = np.arange(len(self.loop.springs)) == moved
+        drift = np.zeros(self.loop.m)
+        drift[: self.loop.n] = static_state(self.loop.family, speed, alone.astype(float))
+        drift[place] = 1.0
+        return drift
 
 
 def meets_stop(switches: tuple[tuple[int, ...], ...]) -> bool:

@@ -81,8 +81,13 @@ def spectrum(shot: Shot, sizes: Array, symmetric: bool, memories: int) -> Spectr
     values = values[: values.size - (memories - shot.stuck.size)]  # sliding erases the others
     if shot.stuck.size:
         fixed = -1.0 + 0j if symmetric else 1.0 + 0j
+        for _ in range(shot.free):
+            values = np.delete(values, int(np.argmin(np.abs(values - fixed))))
         return Spectrum(turned[0, 0], fixed, values, symmetric)
-    return Spectrum.of(turned[0, 0], values, symmetric=symmetric, free=shot.free)
+    for _ in range(shot.free - 1):
+        unit = -1.0 if symmetric else 1.0
+        values = np.delete(values, int(np.argmin(np.abs(values - unit))))
+    return Spectrum.of(turned[0, 0], values, symmetric=symmetric, free=shot.free > 0)
 
 
 def critical_vector(shot: Shot, sizes: Array) -> Array:

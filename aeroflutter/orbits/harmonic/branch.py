@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from aeroflutter.orbits.harmonic.channels import channels_of
 from aeroflutter.orbits.harmonic.options import HarmonicOptions
 from aeroflutter.orbits.harmonic.result import Bifurcation, HarmonicBranch
 from aeroflutter.orbits.harmonic.stability import Stability
+from aeroflutter.orbits.harmonic.swings import harmonic_swings
 from aeroflutter.orbits.harmonic.walk import Curve, TooFewHarmonics, follow
 from aeroflutter.orbits.spectrum import test_functions
 from aeroflutter.springs import Spring, Springs, alone, each, simplify
@@ -248,7 +250,7 @@ def solve_cycle(
         guess = balance.unpack(x)
         truncation = balance.truncation(x)
         if options.harmonics is not None or truncation <= options.tolerance:
-            return guess
+            return replace(guess, swings=partial(harmonic_swings, balance.family, guess))
         if count >= options.max_harmonics:
             raise ConvergenceError(
                 f"max_harmonics: {count} harmonics leave out {truncation:.1e} of the amplitude, "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.model.lure import SpringFamily, integrates
+from aeroflutter.model.lure import integrators
 from aeroflutter.orbits.continuation import Event
 from aeroflutter.orbits.harmonic.balance import Balance
 from aeroflutter.orbits.harmonic.monodromy import Multipliers, multipliers
@@ -31,8 +31,7 @@ class Stability:
     def __init__(self, balance: Balance) -> None:
         self.balance = balance
         self._known: dict[bytes, Multipliers] = {}
-        several = len(balance.springs) > 1
-        self._free_mean = not several and integrates(SpringFamily(balance.family))
+        self._integrates = integrators(balance.family)
 
     def at(self, x: Real) -> Multipliers:
         """Multipliers of the cycle of unknowns x."""
@@ -50,11 +49,15 @@ class Stability:
         A loop that never meets its stops remembers nothing of its place between them; if the
         linear system holds any mean without moment either, a multiplier is one.
         """
-        spring = self.balance.spring
-        if not (self._free_mean and isinstance(spring, Hysteresis)):
-            return False
-        low, high = self.balance.answer(x).extremes
-        return high < spring.v1 + spring.h_high and low > spring.v2 + spring.h_low
+        alone = len(self.balance.springs) == 1
+        for i, spring in enumerate(self.balance.springs):
+            if not (self._integrates[i] and isinstance(spring, Hysteresis)):
+                continue
+            low, high = self.balance.answers(x)[i].extremes
+            slides = alone or high - low > spring.delta_v
+            if slides and high < spring.v1 + spring.h_high and low > spring.v2 + spring.h_low:
+                return True
+        return False
 
     def spectrum(self, x: Real) -> Spectrum:
         """The same, told apart by what they mean."""
