@@ -182,11 +182,12 @@ def show_fields(names: str, rows: Iterable[Mapping[str, Any]], *more: str) -> No
 
 
 def show_swings(swings: Sequence[Mapping[str, Any]]) -> None:
-    """Print how far every coordinate moves."""
-    show_table(
-        ("coordinate", "amplitude", "bias", "unit"),
-        [tuple(one[key] for key in ("name", "amplitude", "bias", "unit")) for one in swings],
-    )
+    """Print how far every coordinate moves; a bias that is round-off is none."""
+    rows = []
+    for one in swings:
+        bias = one["bias"] if abs(one["bias"]) > 1e-9 * abs(one["amplitude"]) else 0.0
+        rows.append((one["name"], one["amplitude"], bias, one["unit"]))
+    show_table(("coordinate", "amplitude", "bias", "unit"), rows)
 
 
 def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> str:
