@@ -79,6 +79,7 @@ _EXPORTS = {
     "Axis": "studies.maps",
     "Grid": "studies.maps",
     "MapOptions": "studies.maps",
+    "SweepOptions": "studies.maps.sweep",
     "sweep": "studies.sampled",
     "vary": "studies.vary",
     "to_json": "results",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import section_only
+from aeroflutter.cli.airspeed import section_only, unit
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -30,13 +30,16 @@ def report(
     case: CaseName,
     *,
     out: Annotated[
-        Path, Parameter(name=("--out", "-o"), help="Write the page into this file (.html).")
+        Path, Parameter(name="--out", help="Write the page into this file (.html).")
     ] = Path("report.html"),
     speed_ratio: Annotated[
         Range,
         Parameter(help="Speed ratios of the map, A:B:N or a,b,c; by default around the onset."),
     ] = None,
     speed: Annotated[Range, Parameter(help="Airspeeds U* of the map instead.")] = None,
+    velocity: Annotated[
+        Range, Parameter(help="Airspeeds V of the map in m/s instead, where there are SI data.")
+    ] = None,
     alpha_deg: Annotated[
         Range,
         Parameter(help="Initial pitches of the map in degrees; by default to twice the case's."),
@@ -57,13 +60,19 @@ def report(
     problems = target_problems("--out", out, (".html",))
     if problems:
         raise InputError(problems)
+    loaded = options.load(case)
+    speeds = _values("--speed", speed)
+    if velocity is not None:
+        if speed is not None or speed_ratio is not None:
+            raise InputError("--velocity: excludes --speed and --speed-ratio; give one of them")
+        speeds = _values("--velocity", velocity)
+        speeds = None if speeds is None else speeds * unit("--velocity", loaded)
     settings = ReportOptions(
         speed_ratios=_values("--speed-ratio", speed_ratio),
-        speeds=_values("--speed", speed),
+        speeds=speeds,
         pitches_deg=_values("--alpha-deg", alpha_deg),
         periods=periods,
     )
-    loaded = options.load(case)
     section_only(loaded, "report")
     plotly = plotly_source()
     found = analyse(loaded, settings, progress=lambda step: print(f"{step} …", file=sys.stderr))

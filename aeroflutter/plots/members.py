@@ -62,14 +62,13 @@ def draw(axes: Axes, found: Members, *, si: bool = True) -> None:
         return
     for member, colour in _coloured(found):
         across = _across(found, member, si)
-        label: str | None = f"{member.value:g}"
+        axes.plot([], [], color=colour, label=f"{member.value:g}")
         for speed, amplitude, stable in _lines(member):
             for run, solid in look.segments(stable):
                 axes.plot(
                     (speed / across.unit)[run], np.degrees(amplitude)[run],
-                    "-" if solid else "--", color=colour, label=label,
+                    "-" if solid else "--", color=colour,
                 )  # fmt: skip
-                label = None
     axes.set_xlabel(across.label)
     axes.set_ylabel(look.AMPLITUDE)
     axes.set_title("stable solid, unstable dashed")
