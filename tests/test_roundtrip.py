@@ -88,8 +88,7 @@ def test_exact_cycles_within_a_thousandth(tmp_path, section, row, at):
     family = direct(section, at)
     U = 0.62 * root_locus(family).flutter.speed
     case = modal(tmp_path, section, row, at, lags=8)
-    wanted = [one for one in cycles_at(family, GAP, U) if one.stable]
-    found = [one for one in cycles_at(case.family(), GAP, section.scale.velocity(U)) if one.stable]
+    wanted = [one for one in cycles_at(family, GAP, U) X
     assert wanted
     assert len(found) == len(wanted)
     for ours, theirs in zip(found, wanted, strict=True):
