@@ -128,7 +128,7 @@ def test_binary_files(tmp_path, order, single, sparse):
         (lambda text: text.replace("-1.000000000000000E+00", "-1.0000000x0000000E+00"), "due"),
         (
             lambda text: text.replace("       2      -5       6       4", "       2       x"),
-            "header",
+            "neither",
         ),
         (lambda text: text.replace("       5       2\n", "       5       9\n"), "beyond its size"),
         (lambda text: text[:120], "truncated"),
