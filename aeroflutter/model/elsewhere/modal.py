@@ -22,6 +22,7 @@ from aeroflutter.errors import InputError
 from aeroflutter.model.elsewhere.forces import TabulatedForces
 from aeroflutter.model.elsewhere.polynomial import PolynomialModel
 from aeroflutter.model.elsewhere.rational import Fit, FitOptions, fit
+from aeroflutter.model.elsewhere.scale import ModelScale
 from aeroflutter.model.family import Matrices
 from aeroflutter.model.section import Scale
 from aeroflutter.model.system import Real, System
@@ -292,7 +293,7 @@ class ModalModel:
                 *(f"{name}_rate" for name in coordinates),
                 *(f"z{i + 1}" for i in range(lags)),
             ),
-            scale=Scale(b, 1.0 / b),
+            scale=ModelScale.of(b, "semichord"),
         )
 
     @property
