@@ -27,7 +27,10 @@ from aeroflutter.guarantees.absence.friction import Friction
 from aeroflutter.guarantees.absence.law import law_of, model_of
 from aeroflutter.guarantees.absence.search import summits
 from aeroflutter.linear.rootlocus import flutter_speed
-from aeroflutter.model.lure import FixedFamily, LureSystem, SampledFamily
+from aeroflutter.model.elsewhere.placed import PlacedModel
+from aeroflutter.model.elsewhere.polynomial import PolynomialModel
+from aeroflutter.model.family import SectionModel
+from aeroflutter.model.lure import FixedFamily, LureSystem, SampledFamily, SpringFamily
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Table
 from aeroflutter.springs import Linear as LinearSpring
 
@@ -517,3 +520,35 @@ def test_summits_lie_between_samples():
     at, heights = summits(omega, F)
     assert (at[-1], heights[-1]) == pytest.approx((2.0, 5.0))
     assert (at[0], at[1]) == (0.0, 4.0)  # both ends, whatever lies there
+
+
+# Any model that is a polynomial in 1/U
+
+
+def test_a_spring_in_heave_and_one_in_a_flap():
+    heave = SpringFamily(SectionModel(TypicalSection(omega_bar=0.8), springs=("heave",)))
+    assert absence_at(heave, Freeplay(0.01), 0.95 * FLUTTER).certified
+    case = load_case("conner")
+    unit = flutter_speed(case.family())
+    free = absence(case.family(), case.spring)
+    assert free.certified
+    assert 0.16 < free.high / unit < 0.164296  # its lowest limit cycle, of `lco`
+
+
+def test_models_from_elsewhere_are_the_polynomials_that_they_are():
+    """A section given as polynomials, its heave spring linear, is the section itself."""
+    whole = SectionModel(TypicalSection(omega_bar=0.8), springs=("pitch", "heave"))
+    A0, A1, A2, B2, C = whole.terms
+    names = {"names": whole.names, "search_range": whole.search_range}
+    given = PolynomialModel(
+        A=np.array([A0, A1, A2]), B=np.array([0 * B2, 0 * B2, B2]), C=C, **names
+    )
+    placed = PlacedModel(given, ("pitch",))
+    one, two = model_of(SpringFamily(placed)), model_of(load_case("run14").family())
+    np.testing.assert_allclose(one.A, two.A, atol=1e-12)
+    np.testing.assert_allclose((one.b, (one.c,) * 3), (two.b, (two.c,) * 3), atol=1e-15)
+    loop, speed = Hysteresis(1.0, 0.2), 0.9 * FLUTTER
+    assert absence_at(SpringFamily(placed), loop, speed).certified
+    other = PolynomialModel(A=np.array([A0, A1]), B=B2[None], C=C, variable="V", **names)
+    with pytest.raises(Uncovered, match="1/U"):
+        model_of(SpringFamily(PlacedModel(other, ("pitch",))))

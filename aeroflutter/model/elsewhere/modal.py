@@ -297,6 +297,11 @@ class ModalModel:
         )
 
     @property
+    def polynomial(self) -> PolynomialModel:
+        """The same as polynomials in 1/V."""
+        return self._made
+
+    @property
     def _made(self) -> PolynomialModel:
         return self._family  # type: ignore[attr-defined]
 

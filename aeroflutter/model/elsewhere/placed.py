@@ -72,11 +72,12 @@ class PlacedModel:
         return tuple(self.stiffness)
 
     @property
-    def _kept(self) -> list[int]:
+    def kept(self) -> list[int]:
+        """Numbers of the model's outputs that are its own."""
         return [self.model.names.index(name) for name in self.springs]
 
     @property
-    def _slopes(self) -> np.ndarray:
+    def slopes(self) -> np.ndarray:
         """Of the linear springs (outputs of the model,)."""
         return np.array(
             [
@@ -93,7 +94,7 @@ class PlacedModel:
     @property
     def units(self) -> tuple[str, ...]:
         """Units of the outputs."""
-        return tuple(self.model.units[i] for i in self._kept)
+        return tuple(self.model.units[i] for i in self.kept)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -130,12 +131,12 @@ class PlacedModel:
     def stack(self, speeds: ArrayLike) -> Matrices:
         """``A`` (…, n, n), ``B`` (…, n, m), ``C`` (…, m, n), ``d`` (…, n), speeds of any shape."""
         A, B, C, d = self.model.stack(speeds)
-        closed = A - (B * self._slopes) @ C
-        return closed, B[..., self._kept] * np.array(self._weights), C[..., self._kept, :], d
+        closed = A - (B * self.slopes) @ C
+        return closed, B[..., self.kept] * np.array(self._weights), C[..., self.kept, :], d
 
     def derivative(self, speeds: ArrayLike) -> Matrices:
         """Derivatives of ``stack`` with respect to the speed."""
         _, B, C, _ = self.model.stack(speeds)
         dA, dB, dC, dd = self.model.derivative(speeds)
-        closed = dA - (dB * self._slopes) @ C - (B * self._slopes) @ dC
-        return closed, dB[..., self._kept] * np.array(self._weights), dC[..., self._kept, :], dd
+        closed = dA - (dB * self.slopes) @ C - (B * self.slopes) @ dC
+        return closed, dB[..., self.kept] * np.array(self._weights), dC[..., self.kept, :], dd
