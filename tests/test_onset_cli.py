@@ -130,3 +130,29 @@ def test_a_family_of_onsets(capsys, tmp_path):
     code, printed = run(capsys, "run100", "--vary", "section.zeta_alpha=0,0.02", "--chart", "0.5")
     assert code == 2
     assert "--vary" in printed.err
+
+
+def test_lco_says_what_is_proved_empty(capsys, tmp_path):
+    """Without terms at once; `--proved` looks as far as `onset`."""
+    words = ("run100", "--points", "4", "--simulations", "0", "--depth", "0")
+    assert main(["lco", *words, "--json"]) == 0
+    quick = json.loads(capsys.readouterr().out)
+    assert main(["lco", *words, "--json", "--proved", "--plot", str(tmp_path / "l.png")]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert quick["proved_certified"]
+    assert whole["proved_certified"]
+    assert 0.1 < quick["proved_free_below_ratio"] <= whole["proved_free_below_ratio"] < 0.13099
+    assert whole["proved_free_below_ratio"] > 0.1303
+    assert main(["lco", *words]) == 0
+    assert "proved empty" in capsys.readouterr().out
+
+
+def test_tolerance_names_what_is_proved(capsys):
+    words = ("run14", "--speed-ratio", "0.95", "--amplitude-deg", "2")
+    assert main(["tolerance", *words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["proved_certified"]
+    assert 9.2664 < found["proved_friction_over_gap"] < 9.8  # its lowest cycle, and 6 % above
+    assert found["proved_gap_deg"] is None  # the whole size decides nothing
+    assert main(["tolerance", *words]) == 0
+    assert "nothing at all oscillates" in " ".join(capsys.readouterr().out.split())

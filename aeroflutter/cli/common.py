@@ -256,7 +256,11 @@ class Output:
         from aeroflutter.results import fields_of, to_dataset
 
         known = dict(facts or {})
-        saved = {key: value for key, value in known.items() if value is not None}
+        saved = {
+            key: int(value) if isinstance(value, bool) else value  # NetCDF has no truth values
+            for key, value in known.items()
+            if value is not None
+        }
         self.deliver(
             {"title": case.title, **known, **fields_of(made(), case)} if self.json else {},
             text=text,

@@ -22,6 +22,7 @@ from aeroflutter.cli.common import (
     show_table,
 )
 from aeroflutter.cli.largest import largest_of
+from aeroflutter.cli.proving import free_range
 from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import InputError
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from aeroflutter.case import Case
+    from aeroflutter.guarantees.absence import Absence
     from aeroflutter.model.section import Scale
     from aeroflutter.orbits.cycles import Cycle, CycleFamily, CyclesAt, LimitCycles
     from aeroflutter.plots.cycles import Overlay
@@ -70,6 +72,12 @@ def lco(
     figure: Annotated[
         Literal["branch", "multipliers"], Parameter(help="What --plot draws.")
     ] = "branch",
+    proved: Annotated[
+        bool,
+        Parameter(
+            negative=(), help="Look as far as `onset` does for speeds that are proved empty."
+        ),
+    ] = False,
     vary: Vary = Vary(),
     largest: Annotated[float | None, Parameter(show=False)] = None,
     options: CaseOptions = CaseOptions(),
@@ -84,6 +92,7 @@ def lco(
     from aeroflutter.cli.overlays import overlays
     from aeroflutter.cli.progress import counting
     from aeroflutter.orbits.cycles import CycleOptions, cycles_at, limit_cycles
+    from aeroflutter.results.proofs import free_facts
 
     output.check()
     loaded = options.load(case)
@@ -101,6 +110,8 @@ def lco(
     if vary.vary is not None:
         if airspeed.given() is not None:
             raise InputError("--vary: excludes --speed-ratio, --speed and --velocity here")
+        if proved:
+            raise InputError("--vary: excludes --proved; see `aeroflutter onset --vary`")
         vary.deliver(
             loaded, "lco", lambda one: limit_cycles(*one.loop(), chosen(one)), output,
             rows=lowest_rows,
@@ -117,17 +128,29 @@ def lco(
         else:
             here = cycles_at(family, spring, at, settings, tick)
             result = here.branch
+    free = free_range(loaded, terms=proved)
+    known = free_facts(free, result.flutter_speed)
     output.result(
         loaded,
         lambda: result if here is None else here,
-        text=lambda: _print(loaded, result, here, scale),
-        figure=lambda: _figure(loaded, result, here, figure, drawn(), scale),
+        text=lambda: _print(loaded, result, here, scale, free),
+        figure=lambda: _figure(
+            loaded, result, here, figure, drawn(), scale, free if proved else None
+        ),
+        facts=known,
         command="lco",
     )
 
 
-def _print(case: Case, result: LimitCycles, here: CyclesAt | None, scale: Scale | None) -> None:
+def _print(
+    case: Case,
+    result: LimitCycles,
+    here: CyclesAt | None,
+    scale: Scale | None,
+    free: Absence | None,
+) -> None:
     from aeroflutter.results import fields_of
+    from aeroflutter.results.proofs import free_words
 
     say(case.title)
     facts: dict[str, Any] = flutter_facts(result.flutter_speed, scale)
@@ -135,6 +158,7 @@ def _print(case: Case, result: LimitCycles, here: CyclesAt | None, scale: Scale 
     for name in ("onset", "stable_onset"):
         onset = fields[name]
         facts[name.replace("_", " ")] = onset and lowest(onset, digits=8, figures=5)
+    facts["proved empty"] = free and free_words(free, result.flutter_speed, scale)
     show_facts(facts)
     for note in result.notes:
         say(f"note: {note}")
@@ -224,11 +248,15 @@ def _figure(
     kind: str,
     drawn: Sequence[Overlay],
     scale: Scale | None,
+    free: Absence | None,
 ) -> Figure:
     from aeroflutter.plots.cycles import plot_cycles, plot_multipliers
+    from aeroflutter.plots.onset import shade_free
     from aeroflutter.plots.style import literal
 
     at, title = None if here is None else here.cycles, literal(case.title)
     if kind == "multipliers":
         return plot_multipliers(result, title, at, scale)
-    return plot_cycles(result, title, at, drawn, scale=scale)
+    drawing = plot_cycles(result, title, at, drawn, scale=scale)
+    shade_free(drawing.axes[0], free, result.flutter_speed, scale)
+    return drawing

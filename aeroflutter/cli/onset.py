@@ -129,17 +129,11 @@ def _print(case: Case, result: Onset, scale: Scale | None) -> None:
 
 
 def _proved(result: Onset, scale: Scale | None) -> str | None:
-    free, unit = result.free, result.flutter_speed
-    if free is None or result.free_below is None:
+    from aeroflutter.results.proofs import free_words
+
+    if result.free is None or result.free_below is None:
         return None
-    name = "U*" if unit is None else "U*/U*_L"
-    low, high = free.low / (unit or 1.0), free.high / (unit or 1.0)
-    start = "every speed" if low == 0.0 else f"from {low:.2g}"
-    how = "certified" if free.certified else "not certified"
-    end = f"{name} = {math.floor(high * 1e6) / 1e6:.6f}"
-    if scale is not None:
-        end += f", {math.floor(scale.velocity(free.high) * 1e3) / 1e3:.7g} m/s"
-    return f"{start} to {end} ({how}; any start, any steady load)"
+    return free_words(result.free, result.flutter_speed, scale)
 
 
 def _cycle(found: CycleOnset | None, scale: Scale | None) -> str | None:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from aeroflutter.cli.airspeed import EXACTLY_ONE, Airspeed, unit
 from aeroflutter.cli.common import CaseName, CaseOptions, Output, say, show_facts
 from aeroflutter.cli.progress import late_bar
+from aeroflutter.cli.proving import Harmless, harmless
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,11 +56,13 @@ def tolerance(
     ratio = at / unit("--speed-ratio", loaded)
     with late_bar("following limit cycles"):
         result = ask(loaded.family(), loaded.spring, ratio, math.radians(amplitude_deg))
+    proved = harmless(loaded, at, vary)
     output.result(
         loaded,
         lambda: result,
-        text=lambda: _print(loaded, result, scale),
+        text=lambda: _print(loaded, result, scale, proved),
         figure=lambda: _figure(loaded, result, scale),
+        facts={} if proved is None else proved.facts(),
         command="tolerance",
     )
 
@@ -68,7 +71,7 @@ WHAT = {"size": "largest spring", "gap": "largest gap", "friction": "least frict
 OF_CASE = {"size": "the case's own size", "gap": "the case's own gap", "friction": "the case's own"}
 
 
-def _print(case: Case, result: Tolerance, scale: Scale | None) -> None:
+def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless | None) -> None:
     from aeroflutter.results.cycles import spring_record, spring_words
 
     say(case.title)
@@ -96,8 +99,24 @@ def _print(case: Case, result: Tolerance, scale: Scale | None) -> None:
         own = "of the case as it stands" if result.vary == "size" else f"with that {result.vary}"
         at = _at(worst.speed, result, scale)
         say(f"largest stable limit cycle {own}: {math.degrees(worst.amplitude):.6g} deg at {at}")
+    if proved is not None:
+        say(_proved(proved, result, scale))
     for note in result.notes:
         say(f"note: {note}")
+
+
+def _proved(proved: Harmless, result: Tolerance, scale: Scale | None) -> str:
+    """From which size on nothing oscillates at all."""
+    from aeroflutter.results.cycles import spring_words
+
+    how = "by proof" if proved.certified else "as far as samples go"
+    said = f"{how}, nothing at all oscillates at {_at(result.speed, result, scale)} with"
+    if proved.ratio == 0.0:
+        return f"{said} any friction and any gap"
+    if proved.loop is not None:
+        bound = "least" if result.vary == "friction" else "most"
+        return f"{said} a {result.vary} of at {bound} this: {spring_words(proved.loop)}"
+    return f"{said} delta_v of at least {proved.ratio:.6g} delta_h, whatever the size"
 
 
 def _at(speed: float, result: Tolerance, scale: Scale | None) -> str:

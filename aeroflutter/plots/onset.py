@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
+    from aeroflutter.guarantees.absence import Absence
     from aeroflutter.guarantees.chart import Chart
     from aeroflutter.guarantees.onset import Onset
     from aeroflutter.model.section import Scale
@@ -37,7 +38,7 @@ def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Fi
         else:
             figure = plot_cycles(result.cycles, title, scale=scale)
             axes = figure.axes[0]
-        shade_free(axes, result, scale)
+        shade_free(axes, result.free, result.flutter_speed, scale)
     return figure
 
 
@@ -116,16 +117,18 @@ def plot_chart(result: Chart, title: str = "", scale: Scale | None = None) -> Fi
     return figure
 
 
-def shade_free(axes: Axes, result: Onset, scale: Scale | None = None) -> None:
-    """Shade what is proved free, and mark where that ends."""
-    if result.free is None or result.free_below is None:
+def shade_free(
+    axes: Axes, free: Absence | None, flutter: float | None, scale: Scale | None = None
+) -> None:
+    """Shade the airspeeds that are proved free."""
+    if free is None or free.certificate is None:
         return
-    unit = look.Airspeed.of(result.flutter_speed, scale).unit
-    end = (result.flutter_speed or 1.0) / unit
-    low, high = result.free.low / unit, result.free_below / unit
+    unit = look.Airspeed.of(flutter, scale).unit
+    end = (flutter or 1.0) / unit
+    low, high = free.low / unit, free.high / unit
     left, right = axes.get_xlim()
     left = min(left, high - 0.25 * (max(right, end) - high))
-    label = "proved free" if result.free.certified else "free, not certified"
+    label = "proved free" if free.certified else "free, not certified"
     axes.axvspan(max(low, left), high, color=look.GREEN, alpha=0.15, linewidth=0, label=label)
     axes.set_xlim(left, max(right, high))
     axes.legend()

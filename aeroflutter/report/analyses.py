@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.guarantees import Guarantees, guarantees
+from aeroflutter.guarantees.absence import Absence, Uncovered, absence
 from aeroflutter.linear.rootlocus import RootLocus, root_locus
 from aeroflutter.model.lure import LureFamily
 from aeroflutter.motion.response import Initial
@@ -40,6 +41,7 @@ Result = TypeVar("Result")
 MOST_CELLS = 1200  # whose traces one page holds
 COLUMNS, ROWS = 41, 15  # of the map where nothing else is asked
 PATIENCE = 1000.0  # periods after which a cell of a smooth spring stays undecided
+PROVING = 10.0  # s of the processor for each half of the search for a proof
 FASTEST = 20.0  # U* up to which the map goes where nothing flutters
 
 
@@ -106,6 +108,8 @@ class Analyses:
         Harmonic balance, family by family; empty where it found none.
     cycles
         Exact cycles; None where the spring is not piecewise linear.
+    free
+        What is proved free of oscillation; None where nothing is.
     map : FlutterMap
     notes
         Why something is missing, and what the analyses themselves remark.
@@ -118,6 +122,7 @@ class Analyses:
     guaranteed: Guarantees | None
     branches: tuple[HarmonicBranch, ...]
     cycles: LimitCycles | None
+    free: Absence | None
     map: FlutterMap
     notes: tuple[str, ...]
 
@@ -166,6 +171,8 @@ def analyse(
             "speeds on this page are U*, not ratios."
         )
     found = _limit_cycles(family, spring, notes, progress)
+    progress("where nothing can oscillate")
+    free = _free(family, spring, notes)
     progress("flutter map")
     cells = SpeedPitch(
         family,
@@ -179,6 +186,7 @@ def analyse(
         options=options,
         locus=locus,
         **found._asdict(),
+        free=free,
         map=flutter_map(cells, _march(case, period(locus, FASTEST)), executor=executor),
         notes=tuple(dict.fromkeys(notes)),
     )
@@ -223,6 +231,17 @@ def _limit_cycles(
     for name, found in (("Describing function", curve), ("Exact cycles", cycles)):
         notes += [] if found is None else [f"{name}: {note}." for note in found.notes]
     return _Found(curve, guaranteed, branches or (), cycles)
+
+
+def _free(family: LureFamily, spring: Spring, notes: list[str]) -> Absence | None:
+    """What is proved free of oscillation, looked for briefly."""
+    try:
+        free = absence(family, spring, seconds=PROVING)
+    except Uncovered as why:
+        notes.append(f"Proved free: nothing, {why}.")
+        return None
+    notes += [f"Proved free: {note}." for note in free.notes]
+    return None if free.certificate is None else free
 
 
 def _tried(name: str, analysis: Callable[[], Result], notes: list[str]) -> Result | None:

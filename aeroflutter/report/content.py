@@ -15,6 +15,7 @@ from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simula
 from aeroflutter.report.analyses import period
 from aeroflutter.report.motions import Motions, harmonic_motion, marched
 from aeroflutter.results import fields_of
+from aeroflutter.results.proofs import free_words
 from aeroflutter.springs import respond
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def gather(found: Analyses) -> dict[str, Any]:
     Returns
     -------
     dict
-        title, case, facts, notes, section, axis, locus, spring, curves, events, map, motions.
+        title, case, facts, notes, section, axis, free, locus, spring, curves, events, map, motions.
     """
     motions = Motions()
     by_method = (_described(found, motions), _balanced(found, motions), _exact(found, motions))
@@ -53,6 +54,7 @@ def gather(found: Analyses) -> dict[str, Any]:
         "notes": [*found.notes, *_unshown(found, curves)],
         "section": _section(found),
         "axis": _axis(found),
+        "free": _free(found),
         "locus": _locus(found),
         "spring": _spring(found),
         "curves": [curve for curve, _ in curves],
@@ -84,6 +86,18 @@ def _axis(found: Analyses) -> dict[str, Any]:
     return {"key": "speed_ratio", "label": "airspeed ratio U*/U*_L", "unit": found.flutter}
 
 
+def _free(found: Analyses) -> dict[str, Any] | None:
+    """The airspeeds at which nothing can oscillate, in units of the page."""
+    free = found.free
+    if free is None:
+        return None
+    return {
+        "low": free.low / found.unit,
+        "high": free.high / found.unit,
+        "certified": free.certified,
+    }
+
+
 def _facts(found: Analyses) -> list[tuple[str, str]]:
     """What stands at the top: label and value."""
     flutter, divergence = found.locus.flutter, found.locus.divergence
@@ -96,6 +110,8 @@ def _facts(found: Analyses) -> list[tuple[str, str]]:
     if flutter is not None and scale is not None:
         hertz = scale.frequency_hz(flutter.k, flutter.speed)
         facts.append(("flutter", f"{scale.velocity(flutter.speed):.5g} m/s at {hertz:.4g} Hz"))
+    if found.free is not None:
+        facts.append(("nothing oscillates", free_words(found.free, found.flutter, scale)))
     for name, onset in _onsets(found):
         facts.append((f"lowest cycle, {name}", onset))
     return facts

@@ -162,18 +162,37 @@ function drawCurves() {
   draw("plot-curves", traces, axis(html(data.axis.label), { range: data.view.x || undefined }),
     axis("pitch amplitude (deg)", { range: data.view.y || undefined }),
     { showlegend: true, margin: { l: 52, r: 12, t: 10, b: 44 }, uirevision: "curves",
-      annotations: linearFlutter().annotations, shapes: curveShapes() });
+      annotations: [...linearFlutter().annotations, ...provedFree("below").annotations],
+      shapes: curveShapes() });
 }
 
 const linearFlutter = () =>
   marks([[data.axis.key === "speed_ratio" ? 1 : null, "linear flutter"]]);
 
-/** The flutter speed, and a ring around the chosen point. */
+/** The airspeeds at which nothing can oscillate, by proof. */
+function provedFree(layer) {
+  if (!data.free) return { shapes: [], annotations: [] };
+  const { low, high, certified } = data.free;
+  return {
+    shapes: [
+      { type: "rect", x0: low, x1: high, yref: "paper", y0: 0, y1: 1, layer,
+        fillcolor: colour("shade-free"), line: { width: 0 } },
+      { type: "line", x0: high, x1: high, yref: "paper", y0: 0, y1: 1,
+        line: { color: colour("free"), width: 1.5 } },
+    ],
+    annotations: [{ x: high, yref: "paper", y: 1, text: certified ? "proved free" : "free, not certified",
+      showarrow: false, textangle: -90, xanchor: "right", yanchor: "top",
+      font: { size: 11, color: colour("free") } }],
+  };
+}
+
+/** The flutter speed, what is proved free, and a ring around the chosen point. */
 function curveShapes() {
   const ring = ({ x, amplitude }) => ({ type: "circle", xsizemode: "pixel", ysizemode: "pixel",
     xanchor: x, yanchor: amplitude, x0: -8, x1: 8, y0: -8, y1: 8,
     line: { color: colour("focus"), width: 3 } });
-  return [...linearFlutter().shapes, ...(chosen && chosen.kind !== "cell" ? [ring(chosen)] : [])];
+  const lines = [...provedFree("below").shapes, ...linearFlutter().shapes];
+  return [...lines, ...(chosen && chosen.kind !== "cell" ? [ring(chosen)] : [])];
 }
 
 // ---------------------------------------------------------------- flutter map
@@ -209,7 +228,7 @@ function drawMap() {
         thickness: 12, outlinewidth: 0, tickfont: { size: 11 } } },
   ], axis(html(data.axis.label), { showgrid: false, zeroline: false }),
   axis(y.label, { showgrid: false, zeroline: false }),
-  { shapes: mapShapes(), margin: { l: 52, r: 12, t: 8, b: 44 }, uirevision: "map" });
+  { shapes: mapShapes(), annotations: mapFree().annotations, margin: { l: 52, r: 12, t: 8, b: 44 }, uirevision: "map" });
 }
 
 function edges(values, i) {
@@ -221,10 +240,20 @@ function edges(values, i) {
 
 /** A frame around the chosen cell that is seen on any colour. */
 function mapShapes() {
-  if (!chosen || chosen.kind !== "cell") return [];
+  const free = mapFree().shapes;
+  if (!chosen || chosen.kind !== "cell") return free;
   const [[x0, x1], [y0, y1]] = [edges(across(), chosen.i), edges(data.map.y.values, chosen.j)];
-  return [["paper", 6], ["ink", 2.5]].map(([name, width]) =>
-    ({ type: "rect", x0, x1, y0, y1, line: { color: colour(name), width } }));
+  return [...free, ...[["paper", 6], ["ink", 2.5]].map(([name, width]) =>
+    ({ type: "rect", x0, x1, y0, y1, line: { color: colour(name), width } }))];
+}
+
+/** What is proved free of the speeds of the map. */
+function mapFree() {
+  const first = edges(across(), 0)[0];
+  if (!data.free || data.free.high <= first) return { shapes: [], annotations: [] };
+  const found = provedFree("above");
+  found.shapes[0].x0 = Math.max(data.free.low, first);
+  return found;
 }
 
 function cellWords(i, j) {

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from aeroflutter.results.schema import Many, One, Value, View, layout
+
+if TYPE_CHECKING:
+    from aeroflutter.guarantees.absence import Absence
+    from aeroflutter.model.section import Scale
 
 LOWEST = layout(
     "speed_ratio=cycle.speed_ratio speed=cycle.speed amplitude=cycle.amplitude",
@@ -28,6 +33,27 @@ def _pieces(one: Any) -> tuple[Any, ...]:
     """The pieces of the proof."""
     proved = one.free is not None and one.free.certificate is not None
     return one.free.certificate.pieces if proved else ()
+
+
+def free_facts(free: Absence | None, flutter: float | None) -> dict[str, Any]:
+    """The same for JSON and as attributes of files."""
+    names = ("proved_free_from", "proved_free_below", "proved_free_below_ratio", "proved_certified")
+    if free is None:
+        return dict.fromkeys(names)
+    ratio = free.high / flutter if flutter else None
+    return dict(zip(names, (free.low, free.high, ratio, free.certified), strict=True))
+
+
+def free_words(free: Absence, flutter: float | None, scale: Scale | None) -> str:
+    """The same in words, rounded inwards."""
+    unit = flutter or 1.0
+    low, high = free.low / unit, math.floor(free.high / unit * 1e6) / 1e6
+    start = "every speed" if low == 0.0 else f"from {low:.2g}"
+    end = f"{'U*/U*_L' if flutter else 'U*'} = {high:.6f}"
+    if scale is not None:
+        end += f", {math.floor(scale.velocity(free.high) * 1e3) / 1e3:.7g} m/s"
+    how = "certified" if free.certified else "not certified"
+    return f"{start} to {end} ({how}; any start, any steady load)"
 
 
 ONSET = layout(

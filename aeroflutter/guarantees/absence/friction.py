@@ -27,7 +27,8 @@ from aeroflutter.model.lure import LureFamily, LureSystem
 
 __all__ = ["Enough", "Friction"]
 
-_REACH = 30.0  # Σ|c|/λ allowed: the frequency up to which the condition is sampled
+_REACH = 30.0  # the frequency up to which the condition is sampled
+_BEYOND = 1.1  # times Σ|c|/λ, from where λ alone decides
 _ASKED = 2e-2  # F <= -that λ
 _MORE = 3.0  # times that is asked for where the checker refuses
 _TRIES = 5
@@ -72,6 +73,8 @@ class Friction:
     ----------
     family
         A section at every speed, or one system.
+    reach
+        Highest frequency looked at, which limits Σ|c|/λ: less is faster and proves less.
 
     Raises
     ------
@@ -79,11 +82,11 @@ class Friction:
         If the proof does not cover the model.
     """
 
-    def __init__(self, family: LureFamily) -> None:
+    def __init__(self, family: LureFamily, reach: float = _REACH) -> None:
         self.family, self.model = family, model_of(family)
         self.checker = load_checker()
         self._sampled = Multipliers(Loop(delta_v=1.0, delta_h=1.0))
-        self._sampled.reach = _REACH
+        self._sampled.reach = reach
         self._omegas = self._times = np.empty(0)  # of the last speed, by its longest time
 
     def at(self, speed: float) -> Enough:
@@ -137,7 +140,7 @@ class Friction:
             omegas = np.union1d(self._omegas / longest, self._sampled.seen)
         lam, terms = 0.0, dict[float, float]()
         for i in range(_ROUNDS):
-            program = _solved(Points([system], spring, omegas), times, asked)
+            program = _solved(Points([system], spring, omegas), times, asked, self._sampled.reach)
             if program is None:
                 return None
             share = 1.0 if i < _RAW else _SHARE
@@ -197,7 +200,7 @@ class _Program:
         return np.asarray(np.abs(self.dual @ self.active.kernel(slice(None), times)) / self.cost)
 
 
-def _solved(points: Points, times: Real, asked: float) -> _Program | None:
+def _solved(points: Points, times: Real, asked: float, reach: float) -> _Program | None:
     """min Σ|c| with p + (q + asked) λ + Σ c k <= 0 at the points and Σ|c| <= reach λ."""
     from scipy.optimize import linprog
 
@@ -205,7 +208,7 @@ def _solved(points: Points, times: Real, asked: float) -> _Program | None:
     table = np.column_stack((points.q + asked, kernel, -kernel))
     answer = linprog(
         np.r_[0.0, np.ones(2 * count)],
-        np.vstack((table, np.r_[-_REACH / 1.1, np.ones(2 * count)])),
+        np.vstack((table, np.r_[-reach / _BEYOND, np.ones(2 * count)])),
         np.r_[-points.p, 0.0],
         bounds=(0.0, None),
         method="highs-ds",

@@ -58,7 +58,9 @@ class Absence:
     notes: tuple[str, ...]
 
 
-def absence(family: LureFamily, spring: Spring) -> Absence:
+def absence(
+    family: LureFamily, spring: Spring, *, terms: bool = True, seconds: float = _BUDGET
+) -> Absence:
     """The longest interval of speeds found for which no motion can go on oscillating.
 
     Parameters
@@ -67,6 +69,11 @@ def absence(family: LureFamily, spring: Spring) -> Absence:
         A section at every speed.
     spring
         A hysteresis loop, or a law without memory whose slopes are bounded.
+    terms
+        Whether multipliers with terms are looked for as well, in seconds to minutes. The rest is
+        exact and takes a fraction of a second; it depends on no size of the spring.
+    seconds
+        Processor time after which each half of that search takes what it has.
 
     Returns
     -------
@@ -89,12 +96,13 @@ def absence(family: LureFamily, spring: Spring) -> Absence:
     >>> free.high > 0.921 * 4.11454
     True
     """
-    prover = _Prover(family, spring)
+    prover = _Prover(family, spring, seconds)
     stable = prover.stable_below()
     pieces = prover.first(stable)
-    low = pieces[-1].high if pieces else prover.start(stable)
-    if low is not None:
-        pieces += prover.above(low, stable)
+    if terms:
+        low = pieces[-1].high if pieces else prover.start(stable)
+        if low is not None:
+            pieces += prover.above(low, stable)
     return prover.result(pieces, stable)
 
 
@@ -105,8 +113,7 @@ def absence_at(
 
     The search ends after so many seconds of the processor with what it has.
     """
-    prover = _Prover(family, spring)
-    prover.multipliers.deadline = thread_time() + seconds
+    prover = _Prover(family, spring, seconds)
     stable = bool(prover.growth([speed])[0] < 0.0)
     piece = prover.piece(speed, speed) if stable else None
     return prover.result([] if piece is None else [piece], float("nan"))
@@ -136,11 +143,11 @@ def highest_sampled(
     Uncovered
         As `absence`.
     """
-    prover = _Prover(family, spring)
+    prover = _Prover(family, spring, seconds)
     stable = prover.stable_below()
     pieces = prover.first(stable)
     low = pieces[-1].high if pieces else prover.start(stable)
-    return 0.0 if low is None else prover.top(low, stable, resolved, seconds)
+    return 0.0 if low is None else prover.top(low, stable, resolved)
 
 
 def load_checker() -> ModuleType | None:
@@ -155,10 +162,12 @@ def load_checker() -> ModuleType | None:
 class _Prover:
     """The search and the checker, working on one case."""
 
-    def __init__(self, family: LureFamily, spring: Spring) -> None:
+    def __init__(self, family: LureFamily, spring: Spring, seconds: float = _BUDGET) -> None:
+        self.seconds = seconds
         self.family, self.spring = family, spring
         self.law, self.model = law_of(spring), model_of(family)
         self.multipliers = Multipliers(self.law)
+        self.multipliers.deadline = thread_time() + seconds
         self.boxes = 0
         self.given_up = np.nan  # speed below which a search that took too long might have got
         self.checker = load_checker()
@@ -171,8 +180,8 @@ class _Prover:
             )
         if np.isfinite(self.given_up):
             notes.append(
-                f"the search ended after {_BUDGET:.0f} s of the processor: a proof may exist up to "
-                f"the speed {self.given_up:.6g}"
+                f"the search ended after {self.seconds:.0f} s of the processor: a proof may exist "
+                f"up to the speed {self.given_up:.6g}"
             )
         if only_bounded(self.spring):
             notes.append("said of motions that stay bounded: the spring is softer far out")
@@ -260,9 +269,7 @@ class _Prover:
                 return pieces
         return []
 
-    def top(
-        self, low: float, high: float, resolved: float = _RESOLVED, seconds: float = _BUDGET
-    ) -> float:
+    def top(self, low: float, high: float, resolved: float = _RESOLVED) -> float:
         """The highest speed at which the program finds a multiplier, by false position."""
 
         def margin(speed: float) -> float:
@@ -274,7 +281,7 @@ class _Prover:
         first = margin(low)
         values = [first, -abs(first)]  # close to flutter the program is hard, so it is not asked
         step = 0
-        self.multipliers.deadline = thread_time() + seconds
+        self.multipliers.deadline = thread_time() + self.seconds
         while ends[1] - ends[0] > resolved * high:
             if self.multipliers.late:
                 self.given_up = ends[1]
@@ -285,7 +292,7 @@ class _Prover:
             side = int(value <= 0.0)
             ends[side], values[side] = middle, value
             step += 1
-        self.multipliers.deadline = thread_time() + _BUDGET
+        self.multipliers.deadline = thread_time() + self.seconds
         return ends[0]
 
     def _between(self, low: float, high: float) -> list[Piece]:
