@@ -109,7 +109,7 @@ def _sweep(result: Any, title: str, scale: Scale | None) -> Any:
 def _onset(axes: Any, result: Any, scale: Scale | None) -> None:
     if result.cycles is not None:
         cycles.draw(axes, result.cycles, _across(result, scale))
-    onset.shade_free(axes, result, scale)
+    onset.shade_free(axes, result.free, result.flutter_speed, scale)
 
 
 def _tolerance(axes: Any, result: Any, scale: Scale | None) -> None:
@@ -156,6 +156,7 @@ DRAWN: dict[str, tuple[Panel, Whole]] = {
         lambda one, title, scale: loop.plot_loop(one, title, scale=scale),
     ),
     "Onset": (_onset, onset.plot_onset),
+    "Chart": (onset.draw_chart, onset.plot_chart),
     "Tolerance": (_tolerance, cycles.plot_tolerance),
     "Response": (
         lambda axes, one, scale: timemarch.draw(axes, one, _clock(one, scale)),

@@ -56,7 +56,12 @@ def plot_members(found: Members, title: str = "", *, si: bool = True) -> Figure:
 
 
 def draw(axes: Axes, found: Members, *, si: bool = True) -> None:
-    """Amplitude over airspeed, or damping of root loci, a colour a member."""
+    """Amplitude over airspeed, damping of root loci or proofs of onset, a colour a member."""
+    if hasattr(found.members[0].result, "free_below"):
+        from aeroflutter.plots.onset import draw_onsets
+
+        draw_onsets(axes, found, si=si)
+        return
     if hasattr(found.members[0].result, "roots"):
         _damping(axes, found, si)
         return

@@ -21,7 +21,14 @@ if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
     from aeroflutter.studies.vary import Members
 
-__all__ = ["plot_chart", "plot_onset", "plot_onsets", "shade_free"]
+__all__ = [
+    "draw_chart",
+    "draw_onsets",
+    "plot_chart",
+    "plot_onset",
+    "plot_onsets",
+    "shade_free",
+]
 
 
 def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Figure:
@@ -44,6 +51,16 @@ def plot_onset(result: Onset, title: str = "", scale: Scale | None = None) -> Fi
 
 def plot_onsets(found: Members, title: str = "", *, si: bool = True) -> Figure:
     """What is proved free, the lowest cycle and flutter against the key that varies."""
+    with look.style():
+        figure, axes = look.figure(width=6.8, height=4.4)
+        draw_onsets(axes, found, si=si)
+        if title:
+            look.headline(figure, title)
+    return figure
+
+
+def draw_onsets(axes: Axes, found: Members, *, si: bool = True) -> None:
+    """The same in given axes."""
     scales = [member.case.scale for member in found.members]
     si = si and all(scale is not None for scale in scales)
     flutters = [member.result.flutter_speed for member in found.members]
@@ -62,27 +79,29 @@ def plot_onsets(found: Members, title: str = "", *, si: bool = True) -> Figure:
 
     proved = speeds(lambda one: one.free_below)
     lowest = speeds(lambda one: None if one.lowest is None else one.lowest.cycle.speed)
+    axes.fill_between(values, 0.0, proved, color=look.GREEN, alpha=0.15, linewidth=0)
+    axes.plot(values, proved, ".-", color=look.GREEN, label="proved free below")
+    axes.plot(values, lowest, ".--", color=look.BLUE, label="lowest limit cycle")
+    ends = speeds(lambda one: one.flutter_speed)
+    axes.plot(values, ends, ":", color=look.GREY, label="linear flutter")
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(found.key)
+    axes.set_ylabel(shown[0].label)
+    axes.legend(loc="lower right")
+
+
+def plot_chart(result: Chart, title: str = "", scale: Scale | None = None) -> Figure:
+    """Friction over gap against speed: proved to be enough, exact, and that of the case."""
     with look.style():
         figure, axes = look.figure(width=6.8, height=4.4)
-        axes.fill_between(values, 0.0, proved, color=look.GREEN, alpha=0.15, linewidth=0)
-        axes.plot(values, proved, ".-", color=look.GREEN, label="proved free below")
-        axes.plot(values, lowest, ".--", color=look.BLUE, label="lowest limit cycle")
-        ends = speeds(lambda one: one.flutter_speed)
-        axes.plot(values, ends, ":", color=look.GREY, label="linear flutter")
-        axes.set_ylim(bottom=0.0)
-        axes.set_xlabel(found.key)
-        axes.set_ylabel(shown[0].label)
-        axes.legend(loc="lower right")
+        draw_chart(axes, result, scale)
         if title:
             look.headline(figure, title)
     return figure
 
 
-def plot_chart(result: Chart, title: str = "", scale: Scale | None = None) -> Figure:
-    """Friction over gap against speed: proved to be enough, exactly enough, and that of the case.
-
-    Logarithmic where it spans much: it grows without bound towards flutter.
-    """
+def draw_chart(axes: Axes, result: Chart, scale: Scale | None = None) -> None:
+    """The same in given axes; logarithmic where it spans much, as it does towards flutter."""
     shown = look.Airspeed.of(result.flutter_speed, scale)
     x = result.speeds / shown.unit
     proved, exact = (
@@ -94,27 +113,22 @@ def plot_chart(result: Chart, title: str = "", scale: Scale | None = None) -> Fi
     low, high = (0.7 * values.min(), 1.4 * values.max()) if values.size else (0.1, 1.0)
     wide = high > 30.0 * low
     low = low if wide else 0.0
-    with look.style():
-        figure, axes = look.figure(width=6.8, height=4.4)
-        axes.set_yscale("log" if wide else "linear")
-        axes.set_ylim(low, high)
-        above = np.maximum(proved, low)
-        how = "nothing oscillates, proved" if result.certified else "free, not certified"
-        axes.fill_between(x, above, high, color=look.GREEN, alpha=0.15, linewidth=0, label=how)
-        axes.plot(x, above, color=look.GREEN, label="proved to be enough")
-        axes.plot(x, np.maximum(exact, low), "--", color=look.BLUE, label="limit cycles below")
-        if result.own > 0.0:
-            axes.axhline(result.own, color=look.GREY, linewidth=0.8, linestyle=":")
-            axes.annotate(
-                "the case", (x[-1], result.own), xytext=(-2, 3), textcoords="offset points",
-                ha="right", fontsize=7.5, color=look.GREY,
-            )  # fmt: skip
-        axes.set_xlabel(shown.label)
-        axes.set_ylabel(r"friction over gap $\Delta V/\Delta H$")
-        axes.legend(loc="upper left")
-        if title:
-            look.headline(figure, title)
-    return figure
+    axes.set_yscale("log" if wide else "linear")
+    axes.set_ylim(low, high)
+    above = np.maximum(proved, low)
+    how = "nothing oscillates, proved" if result.certified else "free, not certified"
+    axes.fill_between(x, above, high, color=look.GREEN, alpha=0.15, linewidth=0, label=how)
+    axes.plot(x, above, color=look.GREEN, label="proved to be enough")
+    axes.plot(x, np.maximum(exact, low), "--", color=look.BLUE, label="limit cycles below")
+    if result.own > 0.0:
+        axes.axhline(result.own, color=look.GREY, linewidth=0.8, linestyle=":")
+        axes.annotate(
+            "the case", (x[-1], result.own), xytext=(-2, 3), textcoords="offset points",
+            ha="right", fontsize=7.5, color=look.GREY,
+        )  # fmt: skip
+    axes.set_xlabel(shown.label)
+    axes.set_ylabel(r"friction over gap $\Delta V/\Delta H$")
+    axes.legend(loc="upper left")
 
 
 def shade_free(
