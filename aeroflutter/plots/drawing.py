@@ -156,7 +156,6 @@ DRAWN: dict[str, tuple[Panel, Whole]] = {
         lambda one, title, scale: loop.plot_loop(one, title, scale=scale),
     ),
     "Onset": (_onset, onset.plot_onset),
-    "Chart": (onset.draw_chart, onset.plot_chart),
     "Tolerance": (_tolerance, cycles.plot_tolerance),
     "Response": (
         lambda axes, one, scale: timemarch.draw(axes, one, _clock(one, scale)),
