@@ -155,3 +155,23 @@ def test_modes_that_cannot_be(change, words):
     }  # fmt: skip
     with pytest.raises(InputError, match=words):
         Modes(**(given | change))
+
+
+def test_what_nothing_touches_is_no_state():
+    """Its undamped oscillation would make every stability undecided and a resonance singular."""
+    modes = bah.modes()
+    model = springs_in_a_mode(modes, approximation=FitOptions(lags=1))
+    assert np.flatnonzero(~model.moving).tolist() == [4, 9]
+    assert [name for name in model.state_names if name in ("q4", "q5", "q6", "q10")] == ["q4", "q6"]
+    assert len(model.state_names) == 2 * 8 + 8
+    row = np.zeros(10)
+    row[4] = 1.0
+    held = ModalModel(
+        modes=modes, rows=[row], stiffness=[1.0], speed_range=(60.0, 700.0),
+        approximation=FitOptions(lags=1),
+    )  # fmt: skip
+    assert held.moving.tolist() == [True] * 9 + [False]
+    closed = springs_in_a_mode(modes, approximation=FitOptions(lags=1)).at(300.0).closed([1.0])
+    whole = held.at(300.0).closed([1.0])
+    ours, theirs = np.linalg.eigvals(closed), np.linalg.eigvals(whole)
+    assert all(np.abs(theirs - root).min() < 1e-9 * max(1.0, abs(root)) for root in ours)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
 from aeroflutter.model.elsewhere.forces import TabulatedForces
@@ -168,7 +168,8 @@ class ModalModel:
     Notes
     -----
     Speeds are in m/s, times in semichords travelled. States are the coordinates, their rates and
-    the lag states. A spring of unit slope has its nominal stiffness.
+    the lag states; a coordinate that no air force, no spring and no other touches is none of them.
+    A spring of unit slope has its nominal stiffness.
     """
 
     modes: Modes
@@ -255,11 +256,26 @@ class ModalModel:
             density=modes.density,
         )
 
+    @cached_property
+    def moving(self) -> NDArray[np.bool_]:
+        """Coordinates that are states (n,): those that an air force, a spring or another touches.
+
+        What is left out oscillates for ever by itself and moves nothing.
+        """
+        Q = self.modes.forces.Q
+        touched = np.any(Q, axis=(0, 2)) | np.any(Q, axis=(0, 1)) | np.any(self.rows, axis=0)
+        for matrix in (self.modes.M, self.modes.C, self.free_stiffness):
+            apart = matrix - np.diag(np.diag(matrix))
+            touched |= np.any(apart, axis=0) | np.any(apart, axis=1)
+        return np.asarray(touched)
+
     def _assembled(self) -> PolynomialModel:
         modes, air = self.modes, self.fit
-        b, n, lags = modes.semichord, modes.forces.modes, len(air.roots)
+        kept = np.ix_(self.moving, self.moving)
+        b, n, lags = modes.semichord, int(self.moving.sum()), len(air.roots)
         pressure = 0.5 * modes.density * b**2
-        mass = modes.M - pressure * air.A2
+        mass = (modes.M - pressure * air.A2)[kept]
+        rows = self.rows[:, self.moving]
         problems = _definite("mass with that of the air, M - ½ρb²A2,", 0.5 * (mass + mass.T))
         if problems:
             raise InputError(
@@ -268,18 +284,18 @@ class ModalModel:
         rate, z = slice(n, 2 * n), slice(2 * n, None)
         A = np.zeros((3, 2 * n + lags, 2 * n + lags))
         A[0, :n, rate] = np.eye(n)
-        A[0, rate, :n] = pressure * np.linalg.solve(mass, air.A0)
-        A[0, rate, rate] = pressure * np.linalg.solve(mass, air.A1)
-        A[0, rate, z] = pressure * np.linalg.solve(mass, air.D)
-        A[0, z, rate] = air.E
+        A[0, rate, :n] = pressure * np.linalg.solve(mass, air.A0[kept])
+        A[0, rate, rate] = pressure * np.linalg.solve(mass, air.A1[kept])
+        A[0, rate, z] = pressure * np.linalg.solve(mass, air.D[self.moving])
+        A[0, z, rate] = air.E[:, self.moving]
         A[0, z, z] = -np.diag(air.roots)
-        A[1, rate, rate] = -b * np.linalg.solve(mass, modes.C)
-        A[2, rate, :n] = -(b**2) * np.linalg.solve(mass, self.free_stiffness)
+        A[1, rate, rate] = -b * np.linalg.solve(mass, modes.C[kept])
+        A[2, rate, :n] = -(b**2) * np.linalg.solve(mass, self.free_stiffness[kept])
         B = np.zeros((3, len(A[0]), len(self.rows)))
-        B[2, rate] = b**2 * np.linalg.solve(mass, self.rows.T * self._stiffness)
+        B[2, rate] = b**2 * np.linalg.solve(mass, rows.T * self._stiffness)
         C = np.zeros((len(self.rows), len(A[0])))
-        C[:, :n] = self.rows
-        coordinates = [f"q{i + 1}" for i in range(n)]
+        C[:, :n] = rows
+        coordinates = [f"q{i + 1}" for i in np.flatnonzero(self.moving)]
         return PolynomialModel(
             A=A,
             B=B,

@@ -418,7 +418,8 @@ def _springs(
     names, units = source.texts("names"), source.texts("units")
     if rows is None:
         own = np.diag(modes.K)
-        felt = own > 1e-9 * np.abs(own).max(initial=0.0)
+        Q = modes.forces.Q
+        felt = (own > 1e-9 * np.abs(own).max(initial=0.0)) & np.any(Q, axis=(0, 2))
         for key in ("stiffness", "names", "in_K"):
             if source.said.get(key) is not None:
                 raise InputError([f"{key}: goes with rows; give them, or remove it"])
@@ -480,6 +481,9 @@ def _notes(model: ModalModel) -> list[str]:
             model.names, model.units, np.atleast_1d(model.stiffness), model.held, strict=True
         )
     ]
+    if not model.moving.all():
+        still = ", ".join(str(i + 1) for i in np.flatnonzero(~model.moving))
+        notes.append(f"no air force and no spring touches mode {still}: left out of the states")
     roots = ", ".join(f"{root:.4g}" for root in fit.distinct_roots)
     worst = int(np.argmax(fit.errors))
     notes.append(
