@@ -3,5 +3,16 @@
 from aeroflutter.guarantees.absence.certificate import Certificate, Piece
 from aeroflutter.guarantees.absence.interval import Absence, absence, absence_at
 from aeroflutter.guarantees.absence.law import Uncovered, concerns
+from aeroflutter.guarantees.absence.several import Several, several_at
 
-__all__ = ["Absence", "Certificate", "Piece", "Uncovered", "absence", "absence_at", "concerns"]
+__all__ = [
+    "Absence",
+    "Certificate",
+    "Piece",
+    "Several",
+    "Uncovered",
+    "absence",
+    "absence_at",
+    "concerns",
+    "several_at",
+]
