@@ -17,7 +17,9 @@ quarters and the whole of that time: s1, s2, s3. A verdict is contradicted
 - aperiodic: unless s3 is between a third and three times the amplitude;
 - neutral: unless s3 is between a third and three times s1; divergent: unless s3 has grown.
 
-Maps: 50 pitches a column, each cell decided in the column and alone.
+Maps: 50 pitches a column, each cell decided in the column and alone. Where the two differ, the cell
+is decided again from pitches a few units of the last place away: a long chaotic transient may end
+on one attractor or another by round-off alone, and then no engine can say which.
 """
 
 from __future__ import annotations
@@ -213,7 +215,7 @@ def motions(first: int, last: int) -> None:
 
 def maps(first: int, last: int) -> None:
     """Columns of maps, each cell in its column and alone."""
-    cells, differ = 0, 0
+    cells, differ, fickle = 0, 0, 0
     states: Counter[str] = Counter()
     for seed in range(first, last):
         rng = np.random.default_rng([7, seed])
@@ -234,13 +236,28 @@ def maps(first: int, last: int) -> None:
         cells, differ = cells + same.size, differ + int(np.sum(~same))
         states.update(STATES[code] for code in alone.state)
         for i in np.flatnonzero(~same):
+            if by_round_off(case, flow, float(pitches[i]), options):
+                fickle += 1
+                continue
             print(
                 f"DIFFERS pitch {pitches[i]:.17g}: {STATES[column.state[i]]} "
                 f"{column.amplitude[i]:.6g} in its column, {STATES[alone.state[i]]} "
                 f"{alone.amplitude[i]:.6g} alone: {case.words}",
                 flush=True,
             )
-    print(f"columns {first}:{last}: {cells} cells, {differ} differ; {dict(states)}", flush=True)
+    print(
+        f"columns {first}:{last}: {cells} cells, {differ} differ, "
+        f"{fickle} of them by round-off; {dict(states)}",
+        flush=True,
+    )
+
+
+def by_round_off(case: Case, flow: Flow, pitch: float, options: EndOptions) -> bool:
+    """Whether pitches that differ by a few units of the last place end in different ways."""
+    near = pitch * (1.0 + 4e-16 * np.arange(-4, 5))
+    starts = [Initial(alpha=float(one)).start(case.system, case.spring) for one in near]
+    x, h = np.array([one for one, _ in starts]), np.array([one for _, one in starts])
+    return len(set(end_states(flow, x, h, options).state.tolist())) > 1
 
 
 if __name__ == "__main__":

@@ -194,8 +194,9 @@ class Settling:
         row[kernel.RATE] = change.rate
         if envelope.retreats() and self._homogeneous():
             self._end(codes.DAMPED, codes.RETREATS, self._corner)
-        elif self.flow.proofs.idle and change.total > -change.error:
-            self._end(codes.NEITHER, codes.FLUTTER)
+        elif self.flow.proofs.idle:  # where nothing is damped outside, nothing is an attractor
+            if change.total > -change.error:
+                self._end(codes.NEITHER, codes.FLUTTER)
         elif not change.moving or envelope.flat:
             found = self._exponents(min(count, MOST))
             if found is None:
