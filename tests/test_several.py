@@ -10,6 +10,7 @@ import numpy as np
 import oracle_springs as oracle
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from aeroflutter import (
     Bilinear,
@@ -40,6 +41,7 @@ from aeroflutter.orbits.harmonic import (
     harmonic_families,
     solve_cycle,
 )
+from aeroflutter.plots.style import named_after
 from aeroflutter.springs import Polynomial, Spring
 
 WORN = {
@@ -517,3 +519,25 @@ def test_exponents_of_two_springs(worn: str, capsys: pytest.CaptureFixture[str])
     first, second = found["lyapunov"][:2]
     assert first == pytest.approx(0.0, abs=1e-4)
     assert second == pytest.approx(found["floquet_exponent"], rel=0.02)
+
+
+def test_files_and_figures_of_a_flap_speak_of_the_flap(tmp_path: Any) -> None:
+    """The first spring of this case is in the flap: nothing that is saved calls it pitch."""
+    case, out = load_case("conner"), tmp_path / "flap.nc"
+    arguments = ["simulate", "conner", "--speed-ratio", "0.3", "--out", str(out)]
+    assert main(arguments) == 0
+    with xr.open_dataset(out) as saved:
+        assert saved.flap_deg.attrs["long_name"] == "flap"
+        names = [one.attrs.get("long_name", "") for one in saved.variables.values()]
+        assert not any("pitch" in name for name in names)
+        beta = saved.states.values[:, saved.state_name.values.tolist().index("beta")]
+        assert np.degrees(beta) == pytest.approx(saved.flap_deg.values, abs=1e-12)
+    figure, axes = figure_of()
+    axes.set_ylabel("pitch amplitude (deg)")
+    named_after(figure, case.model().names[0])
+    assert axes.get_ylabel() == "flap amplitude (deg)"
+
+
+def figure_of() -> Any:
+    figure = Figure()
+    return figure, figure.subplots()

@@ -126,7 +126,7 @@ class CaseOptions:
         if angle and case.imported is None and case.model().units[0] != "rad":
             raise InputError(
                 f'{case.source}: spring.at: amplitudes are reported in degrees, which "heave" has '
-                "not; the Python interface takes it"
+                "not; put one of an angle first, if there is one, or use the Python interface"
             )
         return case
 
@@ -265,9 +265,16 @@ class Output:
             {"title": case.title, **known, **fields_of(made(), case)} if self.json else {},
             text=text,
             dataset=lambda: to_dataset(made(), case=case).assign_attrs(saved),
-            figure=figure,
+            figure=figure and (lambda: spoken(figure(), case)),
             command=command,
         )
+
+
+def spoken(figure: Figure, case: Case) -> Figure:
+    """The figure in the words of the coordinate that the first spring of a case is in."""
+    from aeroflutter.plots.style import named_after
+
+    return named_after(figure, case.model().names[0])
 
 
 FAILURES = (

@@ -20,6 +20,7 @@ from aeroflutter.cli.common import (
     say,
     show_facts,
     shown_scale,
+    spoken,
 )
 from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
@@ -128,7 +129,7 @@ def map(  # noqa: A001 - the command's name
         },
         text=lambda: _print(loaded, found, wall, keeping.store),
         dataset=lambda: _in_metres(to_dataset(found, case=loaded), loaded, found),
-        figure=lambda: _figure(loaded, cells, found, scale),
+        figure=lambda: spoken(_figure(loaded, cells, found, scale), loaded),
         command="map",
     )
 

@@ -19,6 +19,7 @@ from aeroflutter.cli.common import (
     show_facts,
     show_fields,
     show_swings,
+    spoken,
 )
 from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
@@ -121,7 +122,7 @@ def simulate(
         dataset=lambda: to_dataset(shown, case=loaded).assign_attrs(
             {**_decided(run, loaded), **lasts}
         ),
-        figure=lambda: _figure(loaded, shown, figure, scale),
+        figure=lambda: spoken(_figure(loaded, shown, figure, scale), loaded),
         command="simulate",
     )
 
@@ -242,7 +243,7 @@ def _sweeps(
             flutter_speed=reference,
             **{f"starts_{one['direction']}": one["starts"] for one in found},
         ),
-        figure=lambda: _sweeps_figure(case, passes, reference, scale),
+        figure=lambda: spoken(_sweeps_figure(case, passes, reference, scale), case),
         command="simulate",
     )
 

@@ -193,3 +193,12 @@ def segments(flags: np.ndarray) -> list[tuple[slice, bool]]:
         (slice(start, min(stop + 1, flags.size)), bool(flags[start]))
         for start, stop in zip(starts, stops, strict=True)
     ]
+
+
+def named_after(figure: Figure, coordinate: str) -> Figure:
+    """The figure with its axes and titles in the words of a coordinate other than pitch."""
+    if coordinate != "pitch":
+        for axes in figure.axes:
+            for label in (axes.xaxis.label, axes.yaxis.label, axes.title):
+                label.set_text(label.get_text().replace("pitch", coordinate))
+    return figure

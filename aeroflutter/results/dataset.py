@@ -127,7 +127,23 @@ def encoded(
     }
     own = {} if case is None else case.own_units
     dataset = xr.Dataset({**variables, **parts}, attrs={**attributes, **own, **provenance(case)})
-    return dataset.set_coords([name for name in layout.coordinates if name in dataset])
+    dataset = dataset.set_coords([name for name in layout.coordinates if name in dataset])
+    return dataset if case is None else _spoken(dataset, case.model().names[0])
+
+
+def _spoken(dataset: xr.Dataset, coordinate: str) -> xr.Dataset:
+    """The dataset in the words of the coordinate that the first spring is in, if not pitch."""
+    if coordinate == "pitch":
+        return dataset
+    for label, variable in dataset.variables.items():
+        words = variable.attrs.get("long_name", "")
+        if "pitch" in words and not str(label).startswith("alpha"):
+            words = words.replace("pitch, nose up", coordinate)
+            variable.attrs["long_name"] = words.replace("pitch", coordinate)
+    return dataset.rename(
+        {str(name): str(name).replace("pitch", coordinate) for name in dataset.variables
+         if str(name).startswith("pitch")}
+    )  # fmt: skip
 
 
 def _absent(value: Any, derived: bool) -> bool:
