@@ -156,3 +156,23 @@ def test_tolerance_names_what_is_proved(capsys):
     assert found["proved_gap_deg"] is None  # the whole size decides nothing
     assert main(["tolerance", *words]) == 0
     assert "nothing at all oscillates" in " ".join(capsys.readouterr().out.split())
+
+
+def test_nothing_is_proved_of_several_springs_or_without_a_range_of_speeds(tmp_path):
+    from aeroflutter.case import load_case
+    from aeroflutter.cli.proving import free_range
+    from aeroflutter.guarantees.absence import Uncovered, absence
+    from aeroflutter.model.family import FixedModel, SectionModel
+    from aeroflutter.model.lure import SpringFamily
+
+    path = tmp_path / "two.toml"
+    path.write_text(
+        '[section]\nomega_bar = 0.8\n[[spring]]\nkind = "hysteresis"\ndelta_v_deg = 1.0\n'
+        'delta_h_deg = 0.2\n[[spring]]\nat = "heave"\nkind = "freeplay"\ngap = 0.01\n',
+        encoding="utf-8",
+    )
+    assert free_range(load_case(path), terms=False) is None
+    case = load_case("run14")
+    system = SectionModel(case.section).at(3.0)
+    with pytest.raises(Uncovered, match="range"):
+        absence(SpringFamily(FixedModel(system)), case.spring)

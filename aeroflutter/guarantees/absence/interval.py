@@ -11,7 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.guarantees.absence.certificate import Certificate, Piece
-from aeroflutter.guarantees.absence.law import law_of, model_of, only_bounded, slopes_of
+from aeroflutter.guarantees.absence.law import (
+    Uncovered,
+    law_of,
+    model_of,
+    only_bounded,
+    slopes_of,
+)
 from aeroflutter.guarantees.absence.search import Multipliers
 from aeroflutter.model.lure import LureFamily
 from aeroflutter.springs import Spring
@@ -218,8 +224,10 @@ class _Prover:
 
     def stable_below(self) -> float:
         """The lowest speed at which the section with the stiffest slope is not damped."""
-        growth = self.growth
-        speeds = np.geomspace(*self.family.search_range, _SAMPLES)
+        growth, (low, high) = self.growth, self.family.search_range
+        if not low > 0.0:
+            raise Uncovered("the model has no range of speeds; `absence_at` is for one")
+        speeds = np.geomspace(low, high, _SAMPLES)
         grows = growth(speeds) >= 0.0
         if not grows.any():
             return float(speeds[-1])
