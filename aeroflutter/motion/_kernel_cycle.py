@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1
-from aeroflutter.motion._kernel_dense import contraction, eliminate, multipliers, slowest
+from aeroflutter.motion._kernel_dense import contraction, eliminate, slowest
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, Cycles, begin, memory_of, variable
 from aeroflutter.motion._kernel_flow import (
     DONE,
     EVENT_COLUMNS,
     EVENTS,
     FULL,
+    JUMPED,
+    LEAPT,
     NOW,
     NOWHERE,
     TURN_COLUMNS,
@@ -30,6 +32,7 @@ from aeroflutter.motion._kernel_flow import (
     march,
     output,
 )
+from aeroflutter.motion._kernel_jump import before, jump, rate
 from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HELD, SLIDES
 
 Array = NDArray[np.float64]
@@ -46,7 +49,10 @@ FOREVER = 2**62
 
 @kernel(inner=True)
 def passage(system: System, motion: Motion, z: Array, time: float, end: Array) -> int:
-    """The motion from z over a time, with tangents: `end` (n+m,), and d end/d z in `motion`."""
+    """The motion from z over a time, with tangents: `end` (n+m,), and d end/d z in `motion`.
+
+    The first row of `rates` is left as x' there, before a jump whose tangents are still to come.
+    """
     m, n = system.C.shape
     begin(system, motion, z[:n], z[n:])
     tangents = motion.tangents
@@ -64,7 +70,11 @@ def passage(system: System, motion: Motion, z: Array, time: float, end: Array) -
                 tangents[n + i, j] = system.C[i, j]
     none = motion.none
     stop, most = variable(NOWHERE), variable(FOREVER)
-    status = march(system, motion, time, most, stop, none, none, none)
+    status = LEAPT
+    while status == LEAPT:
+        status = march(system, motion, time, most, stop, none, none, none)
+        if status == LEAPT:
+            jump(system, motion)
     now = motion.memo[NOW]
     for j in range(n):
         end[j] = motion.xs[now, j]
@@ -72,6 +82,13 @@ def passage(system: System, motion: Motion, z: Array, time: float, end: Array) -
         end[n + i] = memory_of(system, motion, i)
         if system.laws[i, motion.modes[i], SLIDES] != 0.0:
             follow_y(system.C, i, tangents)
+    if status == DONE and motion.memo[JUMPED] > 0:
+        before(system, motion)
+    elif status == DONE:
+        p, first = enter(system, motion), variable(0)
+        if p < 0:
+            return UNKNOWN
+        rate(system, motion, p, motion.inputs, first)
     return status
 
 
@@ -114,7 +131,7 @@ def close(
     monodromy
         Filled with d z(T)/d z, (n+m, n+m).
     f
-        Filled with z' at z, (n+m,).
+        Filled with z' at z, as the monodromy has it, (n+m,).
 
     Returns
     -------
@@ -124,7 +141,7 @@ def close(
     m = z.size
     J, r, step = np.empty((m + 1, m + 1)), np.empty(m + 1), np.empty(m + 1)
     end, gradient = np.empty(m), np.empty(m)
-    kept = z.copy()
+    kept, kept_f = z.copy(), np.zeros(m)
     first, kept_period, best = period, period, np.inf
     for _ in range(NEWTON_STEPS):
         status = passage(system, probe, z, period, end)
@@ -139,6 +156,9 @@ def close(
         unit, worst = 0.0, 0.0
         for j in range(m):
             unit = max(unit, abs(gradient[j] * size[j]))
+        f[:] = 0.0  # the memories rest
+        for j in range(system.C.shape[1]):
+            f[j] = probe.rates[0, j]
         for j in range(m):
             J[m, j] = gradient[j] * size[j] / unit
             J[j, m] = f[j] * period / size[j]
@@ -150,6 +170,7 @@ def close(
             break
         best = worst
         kept[:] = z
+        kept_f[:] = f
         kept_period = period
         monodromy[:] = probe.tangents
         eliminate(J, r, step)
@@ -164,10 +185,8 @@ def close(
         if not 0.5 * first < period < 2.0 * first:
             break
     z[:] = kept
-    if not best < CLOSED:
-        return NOTHING, first
-    start_rate(system, probe, z, f, gradient)
-    return ATTRACTS, kept_period
+    f[:] = kept_f
+    return (ATTRACTS, kept_period) if best < CLOSED else (NOTHING, first)
 
 
 @kernel(inner=True)
@@ -272,6 +291,7 @@ def find_cycle(
     m = z.size
     unit = np.maximum(size, 1e-14 * np.max(size))
     monodromy, f, normal = np.empty((m, m)), np.empty(m), np.empty(m)
+    scratch = np.empty(m)
     status, period = close(system, probe, z, period, unit, monodromy, f)
     if status != ATTRACTS:
         return status
@@ -284,7 +304,13 @@ def find_cycle(
     least, most, loops, inside = extremes(system, plain, z, period)
     if not (most - least > 1e-6 * span and loops <= MOST_LOOPS):
         return NOTHING
-    values = multipliers(monodromy)
+    # Of the return map: the direction of the motion is not in it, and where a jump of F is at the
+    # section itself, it does not matter on which side of the section it counts.
+    start_rate(system, probe, z, scratch, normal)
+    section_map(normal, monodromy, f, unit, cycles.Q[place])
+    if not np.all(np.isfinite(cycles.Q[place])):
+        return NOTHING
+    values = np.linalg.eigvals(cycles.Q[place].astype(np.complex128))
     free = 0
     if inside:
         k = np.argmin(np.abs(values - 1.0))
@@ -302,8 +328,6 @@ def find_cycle(
     cycles.radius[place] = radius
     if not radius < 1.0 - CIRCLE:
         return INDIFFERENT
-    start_rate(system, probe, z, f, normal)
-    section_map(normal, monodromy, f, unit, cycles.Q[place])
     if free:
         cycles.rho[place] = 1.0
         return ATTRACTS

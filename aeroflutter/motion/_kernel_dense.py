@@ -100,16 +100,3 @@ def slowest(Q: Array, P: Array, mu: complex, rows: Array) -> None:
     factor = pair * np.sqrt(max(length, 0.0)) / product if product != 0j else 0j
     for i in range(n):
         rows[0, i], rows[1, i] = (factor * left[i]).real, (factor * left[i]).imag
-
-
-@kernel(inner=True)
-def multipliers(monodromy: Array) -> NDArray[np.complex128]:
-    """Floquet multipliers: eigenvalues of the monodromy matrix, the one of the flow removed.
-
-    A spring without memory adds a zero, which never matters.
-    """
-    values = np.empty(monodromy.shape[0], dtype=np.complex128)
-    values[:] = np.linalg.eigvals(monodromy.astype(np.complex128))
-    trivial = np.argmin(np.abs(values - 1.0))
-    values[trivial] = values[-1]
-    return values[:-1]

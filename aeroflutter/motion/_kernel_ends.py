@@ -57,6 +57,7 @@ from aeroflutter.motion._kernel_proofs import (
     swing,
 )
 from aeroflutter.springs._kernel_columns import (
+    BRANCH,
     CEILING,
     FLOOR,
     HELD,
@@ -251,6 +252,10 @@ def begin(system: System, motion: Motion, x: Array, memories: Array) -> None:
         else:
             while y >= law[motion.modes[i], HIGH]:
                 motion.modes[i] += 1
+            if law[0, BRANCH] != 0.0:  # y may not tell the side of a relay
+                if memories[i] > 0.0 and y > law[1, LOW]:
+                    motion.modes[i] = 1
+                motion.h[i] = law[motion.modes[i], BRANCH]
 
 
 @kernel(inner=True, bare=True)

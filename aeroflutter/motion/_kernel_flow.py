@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1
 from aeroflutter.motion._kernel_roots import (
+    ABOVE,
     BELOW,
     DEGREE,
     NEVER,
@@ -35,11 +36,14 @@ from aeroflutter.motion._kernel_roots import (
     monotone,
 )
 from aeroflutter.springs._kernel_columns import (
+    BRANCH,
     CEILING,
     DIRECTION,
     FLOOR,
     HELD,
     HIGH,
+    HOLDS,
+    JUMPS,
     LAG,
     LOW,
     MOVES,
@@ -58,15 +62,18 @@ Index = NDArray[np.int64]
 # How a march stops: at its end, with a log full, beyond all numbers, at a standstill, where it was
 # told to, after as many steps as it was given, before a mode without a table.
 DONE, FULL, OVERFLOW, STUCK, STOPPED, PAUSED, UNKNOWN = 0, 1, 2, 3, 4, 5, 6
+LEAPT = 7  # where F jumped, before the tangents have: see `_kernel_jump`
 NOWHERE, AT_TURN, AT_SWITCH = 0, 1, 2  # where it can be told to stop
 # What `memo` counts and carries on.
 NOW, TREND, TABLE, STEPS, EVENTS, TURNS, STILL, LAST, SPRING, PLACE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-MEMOS = 10
+JUMPED, BEFORE = 10, 11  # place plus one of the law that jumped here; the table before it did
+MEMOS = 12
 EVENT_COLUMNS = 6  # time, kind, mode after it, y, F, spring
 TURN_COLUMNS = 3  # time, y, +1 at a maximum and -1 at a minimum
 EPSILON = 2.0**-52
 HUGE = 1e250  # beyond it a motion overflows within a step
 ZENO = 200  # steps without progress in time
+TIE = 1e-9  # part of a step within which an extremum is where a switch is
 
 
 class System(NamedTuple):
@@ -87,6 +94,8 @@ class System(NamedTuple):
         See `StepTables`.
     noise
         Bound of the round-off in each output a unit of each entry of (x, u), (m, n+q).
+    d_C
+        Derivative of C with respect to a parameter, (m, n).
     """
 
     C: Real2
@@ -100,6 +109,7 @@ class System(NamedTuple):
     generator: Real3
     d_flow: Real3
     noise: Real2
+    d_C: Real2
 
 
 class Motion(NamedTuple):
@@ -129,6 +139,10 @@ class Motion(NamedTuple):
         Columns (δx, δh), (n+m, any number).
     scratch
         As many, (n, any number).
+    was
+        Inputs before a jump of F, (q,).
+    rates
+        x' before and after it, (2, n).
     none
         A log that keeps nothing, (0, 0).
     """
@@ -147,6 +161,8 @@ class Motion(NamedTuple):
     reach: Real1
     tangents: Real2
     scratch: Real2
+    was: Real1
+    rates: Real2
     none: Real2
 
 
@@ -226,7 +242,7 @@ def apply(M: Array, xs: Array, now: int, n: int) -> None:
 def carry(system: System, motion: Motion, now: int) -> None:
     """Tangents over a step whose M(s) is known: δx ← E δx + g δu, and the parameter's own part.
 
-    F is continuous, so x' is, and a switch leaves the tangents of the states as they are.
+    Where F is continuous, so is x', and a switch leaves the tangents of the states as they are.
     """
     n = system.C.shape[1]
     M, tangents, scratch = motion.M, motion.tangents, motion.scratch
@@ -264,13 +280,26 @@ def follow_y(C: Array, spring: int, tangents: Array) -> None:
 
 
 @kernel(inner=True, bare=True)
+def output(C: Array, i: int, xs: Array, row: int) -> float:
+    """y_i = C_i x of a row of states."""
+    y = 0.0
+    for j in range(C.shape[1]):
+        y += C[i, j] * xs[row, j]
+    return y
+
+
+@kernel(inner=True, bare=True)
 def switch(system: System, motion: Motion, spring: int, kind: int, y: float) -> None:
     """Mode, memory and its tangent after `kind` ended the mode of a spring at y.
 
-    The memory alone jumps: it forgets where it meets a stop, and takes up y at a reversal, where
-    δh = C δx because y' = 0.
+    The memory jumps: it forgets where it meets a stop, and takes up y at a reversal, where
+    δh = C δx because y' = 0. Where F does, the tangents wait for the mode after it.
     """
     row = system.laws[spring, motion.modes[spring]]
+    if row[JUMPS] != 0.0 and motion.memo[JUMPED] == 0:
+        motion.memo[JUMPED], motion.memo[BEFORE] = spring + 1, motion.memo[TABLE]
+        for j in range(motion.inputs.size):
+            motion.was[j] = motion.inputs[j]
     motion.memo[TABLE] = -1
     motion.memo[LAST], motion.memo[SPRING] = kind, spring
     if kind == REVERSAL:
@@ -280,6 +309,9 @@ def switch(system: System, motion: Motion, spring: int, kind: int, y: float) -> 
             follow_y(system.C, spring, motion.tangents)
         return
     motion.modes[spring] = int(row[TO_LOW] if kind == BELOW else row[TO_HIGH])
+    branch = system.laws[spring, motion.modes[spring], BRANCH]
+    if branch != 0.0:
+        motion.h[spring] = branch
     if row[SLIDES] != 0.0:
         motion.h[spring] = row[FLOOR] if kind == BELOW else row[CEILING]
         n = system.C.shape[1]
@@ -304,15 +336,6 @@ def enter(system: System, motion: Motion) -> int:
         place += int(row[PIECE]) * system.strides[i]
     motion.memo[PLACE] = place
     return system.lookup[place]
-
-
-@kernel(inner=True, bare=True)
-def output(C: Array, i: int, xs: Array, row: int) -> float:
-    """y_i = C_i x of a row of states."""
-    y = 0.0
-    for j in range(C.shape[1]):
-        y += C[i, j] * xs[row, j]
-    return y
 
 
 @kernel(entry=True, bare=True)
@@ -349,7 +372,7 @@ def march(
     -------
     int
         How it stopped. `FULL`: empty the logs and call again. `UNKNOWN`: give the mode at
-        memo[PLACE] its table and call again.
+        memo[PLACE] its table and call again. `LEAPT`: let the tangents jump and call again.
     """
     C, memo, xs, w, line, window = (
         system.C, motion.memo, motion.xs, motion.w, motion.line, motion.window,
@@ -400,6 +423,11 @@ def march(
             tolerance = round_off(system.noise, i, xs, now, system.sizes[i])
             if not clear:
                 at, what = event(w, low, high, direction, tolerance)
+                if system.laws[i, motion.modes[i], HOLDS] != 0.0:  # F may be unable to hold at all
+                    if w[Y, 0] > high + 4.0 * tolerance:
+                        at, what = 0.0, ABOVE
+                    elif w[Y, 0] < low - 4.0 * tolerance:
+                        at, what = 0.0, BELOW
                 if what != NONE and (kind == NONE or at < s):
                     s, kind, spring = at, what, i
             if seeks_turns and i == 0:
@@ -410,7 +438,12 @@ def march(
         if not safe:
             status = OVERFLOW
             break
-        turns_here = turn <= s
+        if memo[JUMPED] > 0 and s > 0.0:
+            if motion.tangents.shape[1] > 0:
+                status = LEAPT
+                break
+            memo[JUMPED] = 0
+        turns_here = turn <= s + TIE
         if turn < s:
             s, kind = turn, NONE
         after = t + s * system.step[p]
@@ -440,7 +473,7 @@ def march(
                     motion.M[k] = system.flow[p, WIDTH, k]
             carry(system, motion, now)
         now = 1 - now
-        memo[STILL] = memo[STILL] + 1 if after == t else 0
+        memo[STILL] = memo[STILL] + 1 if after == t or s < EPSILON else 0
         t = after
         memo[LAST] = NONE
         if turns_here:
@@ -460,11 +493,11 @@ def march(
                 events[row, 2], events[row, 3] = motion.modes[spring], y
                 events[row, 4], events[row, 5] = force, spring
                 memo[EVENTS] += 1
-        if (turns_here and stop == AT_TURN) or (kind != NONE and stop == AT_SWITCH):
-            status = STOPPED
-            break
         if memo[STILL] > ZENO:
             status = STUCK
+            break
+        if (turns_here and stop == AT_TURN) or (kind != NONE and stop == AT_SWITCH):
+            status = STOPPED
             break
     memo[NOW], memo[TREND] = now, trend
     motion.clock[0] = t

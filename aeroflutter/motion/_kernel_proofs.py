@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1, Whole2
 from aeroflutter.motion._kernel_flow import NOW, TABLE, UNKNOWN, Motion, System, enter, output
+from aeroflutter.springs._kernel_columns import HOLDS
 
 Array = NDArray[np.float64]
 
@@ -89,6 +90,8 @@ def trapped(system: System, motion: Motion, proofs: Proofs, p: int) -> float:
             rest += proofs.free[p, i, j] * xs[now, j]
             y += system.C[i, j] * xs[now, j]
         room = min(window[i, 1] - rest, rest - window[i, 0])
+        if system.laws[i, motion.modes[i], HOLDS] != 0.0:  # the edges are those of F
+            y = rest
         if not abs(y - rest) < room:  # the bound is no less: spare the work
             return np.nan
         bound, group, weight = 0.0, 0.0, 0.0

@@ -10,6 +10,7 @@ from aeroflutter.kernels.arrays import Real1, Real2
 from aeroflutter.motion._kernel_ends import memory_of, variable
 from aeroflutter.motion._kernel_flow import (
     AT_TURN,
+    LEAPT,
     NOW,
     STOPPED,
     TREND,
@@ -19,6 +20,7 @@ from aeroflutter.motion._kernel_flow import (
     march,
     output,
 )
+from aeroflutter.motion._kernel_jump import jump
 from aeroflutter.springs._kernel_columns import SLIDES
 
 Array = NDArray[np.float64]
@@ -100,6 +102,9 @@ def returns(
     while clock[COUNT] < points.shape[0]:
         stop, most = variable(AT_TURN), variable(PATIENCE)
         status = march(system, motion, np.inf, most, stop, none, none, none)
+        if status == LEAPT:
+            jump(system, motion)
+            continue
         if status != STOPPED:
             break
         now = motion.memo[NOW]

@@ -11,7 +11,7 @@ from aeroflutter.errors import InputError
 from aeroflutter.motion import _kernel_ends as kernel
 from aeroflutter.motion import _kernel_proofs as codes
 from aeroflutter.motion._kernel_ends import Cycles
-from aeroflutter.motion.judge import Settling
+from aeroflutter.motion.judge import CONTRACTS, Settling
 from aeroflutter.motion.march import fundamental
 from aeroflutter.motion.response import STATES
 
@@ -61,6 +61,7 @@ REASONS = {
     codes.LOSSLESS: "nothing is damped: the motion neither settles nor grows",
     codes.OVERFLOWED: "the motion overflowed at tau = {time:g}",
     codes.CHATTERING: "switches without progress in time at tau = {time:g}",
+    CONTRACTS: "it switches ever faster, and a bound on all its later swings shrinks to nothing",
 }
 
 

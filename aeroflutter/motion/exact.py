@@ -71,7 +71,7 @@ def march(
     limits = EndOptions(cycles=options.cycles, growth=options.growth, duration=longest)
     end = end_state(flow, state, memory, limits)
     until = min(end.time, longest) if options.decide else longest
-    if options.record:
+    if options.record and not (flow.contraction and end.state == "damped"):
         until = max(until, min(LEAST, longest))
     trace = _Trace(flow, springs, state, memory, options, until)
     if not options.record:
@@ -180,11 +180,14 @@ class _Trace:
         time, states = march.times[: march.filled], march.states[: march.filled]
         point, memory = march.point(), march.memory[: march.filled, 0]
         last = point.memory
-        for i, (spring, row) in enumerate(zip(self.springs, self.flow.C, strict=True)):
+        for i, (spring, row) in enumerate(zip(self.springs, self.flow.C, strict=False)):
             if not self.flow.memory[i]:  # static, or a loop without height or width
                 last[i] = spring.advance(last[i], float(row @ point.x))
         if not self.flow.memory[0]:
             memory = np.asarray(self.springs[0].advance(memory, states @ self.flow.C[0]))
+        kept = traces(system, self.springs[0], time, states, memory)
+        if any(piece.jumps for piece in self.flow.pieces) and time.size:
+            kept["moment"] = self.flow.channels.forces(march.moments[: march.filled])[:, 0]
         return Response(
             state=state,
             reason=reason,
@@ -194,7 +197,7 @@ class _Trace:
             final_memory=float(last[0]) if last.size == 1 else last,
             events=np.concatenate(self.events) if self.events else np.empty((0, 2)),
             **measures,
-            **traces(system, self.springs[0], time, states, memory),
+            **kept,
         )
 
 

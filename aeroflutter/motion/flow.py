@@ -8,7 +8,7 @@ a motion first enters it, and kept.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,12 +19,24 @@ from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion import _kernel_flow as kernel
 from aeroflutter.motion._kernel_flow import enter
+from aeroflutter.motion._kernel_jump import before
 from aeroflutter.motion._kernel_proofs import DAMPED, Proofs, resting
+from aeroflutter.motion.contraction import Contraction, contraction_of
+from aeroflutter.motion.discontinuous import channels_of, holding, modes_of
 from aeroflutter.motion.march import March
 from aeroflutter.motion.proofs import proofs_of, proofs_of_many
 from aeroflutter.motion.step_tables import StepTables, build
 from aeroflutter.springs import simplify
-from aeroflutter.springs._kernel_columns import CEILING, COLUMNS, FLOOR, HELD, OFFSET, PIECE, SLIDES
+from aeroflutter.springs._kernel_columns import (
+    CEILING,
+    COLUMNS,
+    FLOOR,
+    HELD,
+    HOLDS,
+    OFFSET,
+    PIECE,
+    SLIDES,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -136,8 +148,6 @@ def pieces_of(springs: Sequence[Spring]) -> list[PieceTable]:
                 f"spring.kind: {spring.kind!r} has no linear pieces; the exact engine takes "
                 "linear, table, bilinear, freeplay and hysteresis"
             )
-        if table.jumps or spring.rate_table() is not None:
-            raise InputError(f"spring.kind: {spring.kind!r} is not for the exact engine")
     return [table for table in tables if table is not None]
 
 
@@ -160,6 +170,8 @@ class _Laws(NamedTuple):
         As in `_kernel_flow.System`.
     places
         Number of modes of all springs together that differ in a slope.
+    sliders
+        Which laws can hold their output at zero.
     """
 
     springs: tuple[Spring, ...]
@@ -170,13 +182,17 @@ class _Laws(NamedTuple):
     sizes: Array
     strides: Index
     places: int
+    sliders: Index
 
 
 @lru_cache(maxsize=64)
 def _laws_of(springs: tuple[Spring, ...]) -> _Laws:
     """Made once for all speeds."""
     simple = tuple(simplify(spring) for spring in springs)
-    pieces = pieces_of(simple)
+    return _assembled(simple, pieces_of(simple))
+
+
+def _assembled(simple: tuple[Spring, ...], pieces: list[PieceTable]) -> _Laws:
     rows = np.zeros((len(pieces), max((piece.modes for piece in pieces), default=0), COLUMNS))
     for law, piece in zip(rows, pieces, strict=True):
         law[: piece.modes] = piece.rows
@@ -191,6 +207,7 @@ def _laws_of(springs: tuple[Spring, ...]) -> _Laws:
         np.array([piece.size for piece in pieces]),
         np.cumprod(counts) // counts,
         int(np.prod(counts)),
+        np.flatnonzero([np.any(piece.rows[:, HOLDS]) for piece in pieces]),
     )
 
 
@@ -203,7 +220,8 @@ class Flow:
         x' = A x - B F(C x) + d, with A (n, n), B (n, m), C (m, n), d (n,); or A, b, c.
     springs
         One a column of B, each of straight pieces; a loop without height or width is taken as the
-        freeplay or linear spring that it is.
+        freeplay or linear spring that it is. What friction adds to its spring is a law of its
+        rate, and follows the springs as one more; see `discontinuous`.
     step_cap
         Longest internal step.
     derivative
@@ -213,8 +231,8 @@ class Flow:
     Raises
     ------
     InputError
-        If a spring is not made of straight pieces, their number is not that of the outputs, or
-        the step cap is not positive.
+        If a spring is not made of straight pieces, their number is not that of the outputs, the
+        step cap is not positive, or a law that jumps has no certain motion.
 
     Examples
     --------
@@ -251,7 +269,8 @@ class Flow:
         for flow, system in zip(flows, systems, strict=True):
             flow._blank(system, springs, step_cap)
         _fill(flows)
-        if len({flow.arrays.generator.shape for flow in flows}) == 1:
+        alike = not any(flow.sliders.size for flow in flows)
+        if alike and len({flow.arrays.generator.shape for flow in flows}) == 1:
             for flow, proofs in zip(flows, proofs_of_many(flows), strict=True):
                 flow._proofs = proofs
         return flows
@@ -269,12 +288,19 @@ class Flow:
         if step_cap is not None and not step_cap > 0.0:
             raise InputError(f"step_cap: {step_cap!r} is not a positive number")
         laws = _laws_of(tuple(springs))
-        self.springs, self.pieces, self.memory, self.held = laws[:4]
         self.system, self._cap = system, np.inf if step_cap is None else float(step_cap)
         self.A, self.B, self.C, self.d = matrices_of(system)
+        given, wanted = len(laws.pieces), self.B.shape[1]
+        if given != wanted:
+            raise InputError(f"springs: {given} for a system with {wanted} outputs")
+        self.channels = channels_of(self.A, self.B, self.C, self.d, laws.springs, laws.pieces)
+        if self.channels.pieces is not laws.pieces:
+            laws = _assembled(laws.springs, self.channels.pieces)
+            self.B, self.C = self.channels.B, self.channels.C
+        self.springs, self.pieces, self.memory, self.held = laws[:4]
+        self.sliders = laws.sliders
+        self.outputs: Array | None = None
         self.n, self.m = self.B.shape
-        if self.m != len(self.pieces):
-            raise InputError(f"springs: {len(self.pieces)} for a system with {self.m} outputs")
         self._derivative = derivative
         self._proofs: Proofs | None = None
         self._pushes = np.column_stack((self.B, self.d)) if np.any(self.d) else self.B
@@ -283,6 +309,7 @@ class Flow:
             self.C, laws.rows, laws.sizes, laws.strides, np.full(laws.places, -1, dtype=np.int64),
             np.empty(0), none, none, none, none,
             np.zeros((self.m, self.n + self._pushes.shape[1])),
+            self.channels.rows(None if derivative is None else derivative[0]),
         )  # fmt: skip
 
     def slopes_at(self, places: ArrayLike) -> Array:
@@ -300,8 +327,14 @@ class Flow:
         wanted = np.unique(beside[beside < self.arrays.lookup.size])
         places = wanted[self.arrays.lookup[wanted] < 0]
         slopes = self.slopes_at(places)
-        generators = _closed(self.A, self._pushes, self.C, slopes)
-        self._take(places, build(generators, self.C, self._cap, self._d(slopes)))
+        if not self.sliders.size:
+            generators = _closed(self.A, self._pushes, self.C, slopes)
+            self._take(places, build(generators, self.C, self._cap, self._d(slopes)))
+            return
+        modes = modes_of(self.A, self._pushes, self.C, slopes)
+        known = [] if self.outputs is None else [self.outputs]
+        self.outputs = np.concatenate((*known, modes.outputs))
+        self._take(places, build(modes.generators, modes.outputs, self._cap, self._d(slopes)))
 
     def _take(self, places: Index, tables: StepTables) -> None:
         """Enter tables, and the round-off that goes with them."""
@@ -320,6 +353,11 @@ class Flow:
             self._proofs = proofs_of(self, self._proofs)
         return self._proofs
 
+    @cached_property
+    def contraction(self) -> Contraction | None:
+        """What proves that a relay's switches die down, where it is of that kind."""
+        return contraction_of(self)
+
     def closed(self, slopes: ArrayLike) -> Array:
         """A - B diag(slopes) C, (n, n)."""
         return np.asarray(self.A - (self.B * np.asarray(slopes)) @ self.C)
@@ -330,7 +368,13 @@ class Flow:
             return None
         dA, dB = (np.asarray(part, dtype=float) for part in self._derivative)
         loads = np.zeros((self.n, self.inputs - self.m))
-        return _closed(dA, np.column_stack((dB.reshape(self.n, self.m), loads)), self.C, slopes)
+        inputs = np.column_stack((dB.reshape(self.n, -1)[:, self.channels.springs], loads))
+        if not self.sliders.size:
+            return _closed(dA, inputs, self.C, slopes)
+        h = 1e-30  # a step i h of the parameter: exact to round-off
+        C = self.C + 1j * h * self.arrays.d_C
+        moved = modes_of(self.A + 1j * h * dA, self._pushes + 1j * h * inputs, C, slopes)
+        return np.ascontiguousarray(moved.generators.imag / h)
 
     @property
     def inputs(self) -> int:
@@ -355,10 +399,21 @@ class Flow:
         """Where a motion from a state begins, its memories made to fit, (n,) and (m,)."""
         state = np.array(x, dtype=float)
         held, modes = np.zeros(self.m), np.zeros(self.m, dtype=np.int64)
-        given = np.broadcast_to(np.asarray(memory, dtype=float), (self.m,))
+        given = self.memories(memory)
         for i, piece in enumerate(self.pieces):
             modes[i], held[i] = piece.start(float(self.C[i] @ state), float(given[i]))
-        return Point(0.0, state, held, modes)
+        point = Point(0.0, state, held, modes)
+        return point._replace(modes=holding(self, point)) if self.sliders.size else point
+
+    def memories(self, given: ArrayLike) -> Array:
+        """Memories of springs, (..., s) or one for all, with zeros for what they add, (..., m)."""
+        values = np.asarray(given, dtype=float)
+        springs = len(self.springs)
+        if values.ndim == 0 or values.shape[-1] == self.m or self.m == springs:
+            return np.broadcast_to(values, np.broadcast_shapes(values.shape, (self.m,)))
+        whole = np.broadcast_to(values, (*values.shape[:-1], springs))
+        more = np.zeros((*whole.shape[:-1], self.m - springs))
+        return np.concatenate((whole, more), axis=-1)
 
     def start(self, x: ArrayLike, memory: ArrayLike | None = None) -> Point:
         """Where a motion from a state begins.
@@ -373,7 +428,7 @@ class Flow:
         """
         if memory is not None:
             return self.begin(x, memory)
-        y = self.C @ np.asarray(x, dtype=float)
+        y = (self.C @ np.asarray(x, dtype=float))[: len(self.springs)]
         starts = [spring.initial_memory(at) for spring, at in zip(self.springs, y, strict=True)]
         return self.begin(x, np.array(starts, dtype=float))
 
@@ -410,6 +465,9 @@ class Flow:
         last = march.point()
         rate = np.zeros(k)
         rate[:n] = self.rate(last)
+        if march.motion.memo[kernel.JUMPED] > 0:  # at the end: the tangents are before it
+            before(self.arrays, march.motion)
+            rate[:n] = march.motion.rates[0]
         for row, i in enumerate(self.held, start=n):
             if self.pieces[i].rows[last.modes[i], SLIDES]:
                 march.motion.tangents[n + i] = self.C[i] @ march.motion.tangents[:n]
@@ -481,6 +539,10 @@ def _fill(flows: Sequence[Flow]) -> None:
     """Make the tables of flows with the same springs, if there are few enough to make them all."""
     count = flows[0].arrays.lookup.size
     if count > AT_ONCE:
+        return
+    if any(flow.sliders.size for flow in flows):
+        for flow in flows:
+            flow.prepare(np.arange(flow.arrays.lookup.size))
         return
     places = np.arange(count)
     slopes = flows[0].slopes_at(places)

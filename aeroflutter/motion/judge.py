@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Settling", "no_cycles"]
+__all__ = ["CONTRACTS", "Settling", "no_cycles"]
 
+CONTRACTS = 100  # a reason that only the caller of the kernel finds
 EXACT = 1e-9  # relative distance of two returns of a motion that is a cycle
 NOTHING = 1e-9  # height of a loop that is nothing to the spring, over the least distance of edges
 LEAST = 1e-12  # the same over the size of the law, for round-off
@@ -82,9 +83,10 @@ class Settling:
         """Take up other motions."""
         count = states.shape[0]
         given = np.asarray(memory, dtype=float)
-        if given.ndim == 1 and given.size == count and count != self.flow.m:
+        if given.ndim == 1 and given.size == count and count != len(self.flow.springs):
             given = given[:, None]
-        self.states, self.memories = states, np.array(np.broadcast_to(given, (count, self.flow.m)))
+        held = self.flow.memories(given)
+        self.states, self.memories = states, np.array(np.broadcast_to(held, (count, self.flow.m)))
         self.codes = np.empty((count, 2), dtype=np.int64)
         self.numbers = np.empty((count, kernel.NUMBERS))
 
@@ -177,6 +179,9 @@ class Settling:
     def _count(self) -> None:
         """A motion has made as many maxima as are judged together."""
         past, cycles = self.past, int(self.options.cycles)
+        if self._quickens():
+            self._end(codes.DAMPED, CONTRACTS, 0.0)
+            return
         count = int(past.memo[kernel.MAXIMUM]) + 1
         if count == cycles:
             self.envelope = Envelope()
@@ -186,6 +191,13 @@ class Settling:
             self._judge(count)
         if past.memo[kernel.PHASE] != kernel.ENDING and due >= self.options.patience:
             self._end(codes.UNDECIDED, codes.DRIFTING)
+
+    def _quickens(self) -> bool:
+        """Whether the motion switches ever faster, and goes to y = 0 for certain."""
+        if self.flow.contraction is None:
+            return False
+        now = self.motion.memo[NOW]
+        return self.flow.contraction.holds(self.motion.xs[now, : self.flow.n])
 
     def _judge(self, count: int) -> None:
         """What the envelope so far is evidence of."""
@@ -220,7 +232,7 @@ class Settling:
         low, high = self.envelope.last()
         piece = self.flow.pieces[0]
         inside = [float(y) for y in piece.rows[:-1, HIGH] if low <= y <= high]
-        if self.flow.m > 1 or piece.memory or len(inside) != 1:
+        if self.flow.m > 1 or piece.memory or piece.jumps or len(inside) != 1:
             return False
         self._corner = inside[0]
         slope, offset, *_ = piece.branch(self._corner)
@@ -276,7 +288,7 @@ def _history(flow: Flow, cycles: int) -> kernel.History:
         troughs=np.zeros(cycles),
         misses=np.zeros(cycles),
         size=np.zeros(k),
-        widths=np.array(widths),
+        widths=np.where(np.isfinite(widths), widths, 0.0),
         clock=np.zeros(kernel.CLOCKS),
         memo=np.zeros(kernel.MEMOS, dtype=np.int64),
         scratch=np.zeros((4, k)),
@@ -310,7 +322,7 @@ def one_sided(flow: Flow, motion: Motion) -> float:
     """
     n, now, m = flow.n, motion.memo[NOW], flow.m
     p = motion.memo[TABLE]
-    if p < 0 or m > 1 or motion.window[0, 2] != 0.0:
+    if p < 0 or m > 1 or motion.window[0, 2] != 0.0 or flow.pieces[0].jumps:
         return np.nan
     generator = flow.arrays.generator[p]
     values, vectors = np.linalg.eig(generator[:, :n])

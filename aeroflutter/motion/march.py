@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.motion import _kernel_flow as kernel
+from aeroflutter.motion._kernel_jump import jump
 from aeroflutter.motion._kernel_roots import NONE, ROWS, SPACE, WIDTH, Y
 from aeroflutter.motion.step_tables import padded
 from aeroflutter.springs._kernel_columns import HELD, OFFSET, SLOPE
+from aeroflutter.springs.piece_table import STUCK_MODE
 
 if TYPE_CHECKING:
     from aeroflutter.motion.flow import Flow, Point
@@ -46,6 +48,8 @@ def workspace(flow: Flow, tangents: Array | None = None, reaches: bool = False) 
         reach=np.zeros(n if reaches else 0),
         tangents=carried,
         scratch=np.zeros((n, carried.shape[1])),
+        was=np.zeros(q),
+        rates=np.zeros((2, n)),
         none=np.zeros((0, 0)),
     )
 
@@ -105,7 +109,7 @@ class March:
         motion.xs[0, : self.flow.n] = point.x
         motion.h[:], motion.modes[:] = point.memory, point.modes
         motion.clock[0] = point.time
-        motion.memo[[kernel.NOW, kernel.TREND]] = 0
+        motion.memo[[kernel.NOW, kernel.TREND, kernel.JUMPED]] = 0
         motion.memo[kernel.TABLE] = -1
 
     @property
@@ -157,6 +161,9 @@ class March:
                 self.flow.arrays, self.motion, end, most, stop,
                 self._steps if keep else self._steps[:0], self._events, self._turns,
             )  # fmt: skip
+            if status == kernel.LEAPT:
+                jump(self.flow.arrays, self.motion)
+                continue
             if status != kernel.UNKNOWN:
                 return int(status)
             self.flow.prepare(np.array([memo[kernel.PLACE]]))
@@ -219,6 +226,8 @@ class March:
         if chosen.size:
             modes = log[step, 2 + width : 2 + width + flow.m].astype(np.int64)
             self._springs(chosen, modes, log[step, 2 + width + flow.m :])
+            if flow.sliders.size:
+                self._holding(chosen, modes, log[step, 1 : 2 + width])
         self.filled = until
 
     def _springs(self, chosen: NDArray[np.int64], modes: NDArray[np.int64], held: Array) -> None:
@@ -233,6 +242,17 @@ class March:
                 self.moments[chosen[at], i] = (
                     row[SLOPE] * y[at, i] + row[OFFSET] - row[HELD] * held[at, i]
                 )
+
+    def _holding(self, chosen: NDArray[np.int64], modes: NDArray[np.int64], log: Array) -> None:
+        """Moments of laws that hold their outputs at zero; `log` has table and (x, u) of steps."""
+        n, flow = self.flow.n, self.flow
+        gains = np.einsum("in,ni->i", flow.C, flow.B)
+        assert flow.outputs is not None  # there are laws that slide
+        entries = np.hstack((self.states[chosen], log[:, 1 + n :]))
+        for i in flow.sliders:
+            at = modes[:, i] == STUCK_MODE
+            rows = flow.outputs[log[at, 0].astype(np.int64), i]
+            self.moments[chosen[at], i] = np.sum(rows * entries[at], axis=1) / gains[i]
 
 
 def _horner(coefficients: Array, place: NDArray[np.int64], s: Array) -> Array:

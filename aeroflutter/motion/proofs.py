@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = ["proofs_of", "proofs_of_many"]
 
 ZERO = 1e-11  # eigenvalues below this part of the largest are zero
+BALANCED = 1e-12  # relative size of what is left of an equilibrium
 BASIS = 1e9  # condition beyond which eigenvectors are no basis to be trusted
 # Whether the motion about the rest of a mode dies out; whether it goes on, but does not grow.
 NEVER, UNLESS_PUSHED, ALWAYS, SWINGS = 0, 2, 1, 3
@@ -72,10 +73,15 @@ class Spectra(NamedTuple):
     trusted: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, matrices: Array) -> Spectra:
-        """Spectra of matrices, (k, n, n)."""
+    def of(cls, matrices: Array, slack: NDArray[np.int64] | None = None) -> Spectra:
+        """Spectra of matrices, (k, n, n), with as many zeros that are not defective, (k,)."""
         n = matrices.shape[1]
         values, vectors = np.linalg.eig(matrices)
+        for i, count in enumerate(() if slack is None else slack):
+            if count:  # eigenvectors of zeros that round-off parts are whatever it makes of them
+                vectors = vectors.astype(complex)
+                zeros = np.argsort(np.abs(values[i]))[:count]
+                vectors[i][:, zeros] = np.linalg.svd(matrices[i])[2][-count:].T
         scale = np.array([balance(one) for one in matrices]).reshape(matrices.shape[:2])
         inverse = _inverses(vectors)
         sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, :, None]) ** 2, axis=1))
@@ -109,8 +115,11 @@ def proofs_of(flow: Flow, known: Proofs | None = None) -> Proofs:
         return proofs_of_many([flow])[0]
     first = known.decays.size
     generators = flow.arrays.generator[first:]
-    spectra = Spectra.of(generators[:, :, : flow.n])
-    new = _decays(generators, flow.C, spectra, np.arange(len(generators)))
+    outputs, slack = _outputs(flow)
+    spectra = Spectra.of(generators[:, :, : flow.n], slack[first:])
+    outputs = None if outputs is None else outputs[first:]
+    at = np.arange(len(generators))
+    new = _decays(generators, flow.C, spectra, at, outputs, slack[first:])
     joined: Any = [np.concatenate(pair) for pair in zip(known[: len(new)], new, strict=True)]
     rests = joined[0], joined[4]
     return Proofs._make(
@@ -124,7 +133,10 @@ def proofs_of_many(flows: Sequence[Flow]) -> list[Proofs]:
     k, n = first.arrays.step.size, first.n
     generators = np.concatenate([flow.arrays.generator for flow in flows])
     rests = np.flatnonzero(np.tile(_can_rest(first), len(flows)))
-    parts = _decays(generators, first.C, Spectra.of(generators[rests, :, :n]), rests)
+    outputs, slack = _outputs(first)
+    slack = np.tile(slack, len(flows))
+    spectra = Spectra.of(generators[rests, :, :n], slack[rests])
+    parts = _decays(generators, first.C, spectra, rests, outputs, slack)
     outer = list(product(*(set(piece.outside) for piece in first.pieces)))
     closed = [flow.closed(slopes) for flow in flows for slopes in outer]
     values = np.linalg.eigvals(np.array(closed))
@@ -151,7 +163,7 @@ def _corners(flow: Flow, decays: NDArray[np.int64], centre: Array) -> tuple[Arra
     """Rests at corners of the law of a lone spring, and their forms; see `Proofs`."""
     n, piece = flow.n, flow.pieces[0]
     none = np.zeros((0, n + 1)), np.zeros((0, n, n))
-    if flow.m > 1 or piece.memory or piece.modes == 1 or decays.size == 0:
+    if flow.m > 1 or piece.memory or piece.jumps or piece.modes == 1 or decays.size == 0:
         return none
     tables = flow.arrays.lookup[piece.rows[:, PIECE].astype(np.int64)]
     rests = (tables >= 0) & (decays[tables] == ALWAYS)
@@ -172,26 +184,47 @@ def _can_rest(flow: Flow) -> NDArray[np.bool_]:
     rests = np.ones(k, dtype=bool)
     for piece, slopes in zip(flow.pieces, flow.slopes_at(places).T, strict=True):
         free = piece.rows[piece.rows[:, DIRECTION] == 0.0, SLOPE]
-        rests &= np.isin(slopes, free)
+        rests &= np.isin(slopes, free) | np.isnan(slopes)
     return rests
 
 
+def _outputs(flow: Flow) -> tuple[Array | None, NDArray[np.int64]]:
+    """What ends each mode, where a law slides, and how many coordinates then stay as they are."""
+    k, springs = flow.arrays.step.size, len(flow.springs)
+    slack = np.zeros(k, dtype=np.int64)
+    if flow.outputs is None:
+        return None, slack
+    places = np.argsort(flow.arrays.lookup)[-k:]
+    stuck = np.isnan(flow.slopes_at(places))
+    return flow.outputs, np.sum(stuck, axis=1) + np.sum(stuck[:, springs:], axis=1)
+
+
 def _decays(
-    generators: Array, C: Array, spectra: Spectra, at: NDArray[np.int64]
+    generators: Array,
+    C: Array,
+    spectra: Spectra,
+    at: NDArray[np.int64],
+    outputs: Array | None,
+    slack: NDArray[np.int64],
 ) -> tuple[Any, ...]:
     """What says that a mode dies out: the first seven fields of `Proofs`.
 
     Of the generators only those `at` some places have their spectra, and a motion can rest there.
 
     Modal coordinates, each weighted by the outputs that it makes: LAPACK puts the two of a pair
-    side by side, and the real and the imaginary part of the first are a group.
+    side by side, and the real and the imaginary part of the first are a group. Where laws slide,
+    `outputs` (k, m, n+q) are what ends a mode, and `slack` (k,) coordinates stay as they are.
     """
     values, left = spectra.values, spectra.inverse
     n = values.shape[1]
     neutral = np.abs(values) <= spectra.small[:, None]
     count = np.sum(neutral, axis=1)
     swings = (np.abs(values.real) <= spectra.small[:, None]) & ~neutral
-    falls = np.all((values.real < -spectra.small[:, None]) | neutral, axis=1) & (count < 2)
+    slack = slack[at]
+    falls = np.all((values.real < -spectra.small[:, None]) | neutral, axis=1)
+    falls &= np.where(slack > 0, count == slack, count < 2)
+    if outputs is not None:
+        C, direct = outputs[at, :, :n], outputs[at, :, n:]
     stays = np.all(values.real <= spectra.small[:, None], axis=1) & (count == 0)
     decays = np.where(falls, np.where(count > 0, UNLESS_PUSHED, ALWAYS), NEVER)
     decays[stays & np.any(swings, axis=1)] = SWINGS
@@ -213,8 +246,24 @@ def _decays(
     sure = (decays == ALWAYS) | (decays == SWINGS)
     centre = np.zeros((decays.size, n, generators.shape[2] - n))
     centre[sure] = -np.linalg.solve(spectra.matrices[sure], generators[at[sure], :, n:])
-    parts = decays, rows, heads, weights, centre, C @ centre, free
+    rest = C @ centre
+    if outputs is not None:
+        _rest_of_sliders(generators[at, :, n:], spectra, slack, decays, centre)
+        rest = C @ centre + direct - free @ centre
+    parts = decays, rows, heads, weights, centre, rest, free
     return tuple(_spread(part, at, len(generators)) for part in parts)
+
+
+def _rest_of_sliders(
+    inputs: Array, spectra: Spectra, slack: NDArray[np.int64], decays: Any, centre: Array
+) -> None:
+    """Equilibria of modes in which laws slide, any that there is: the others differ by `free`."""
+    for i in np.flatnonzero((slack > 0) & (decays == UNLESS_PUSHED)):
+        A = spectra.matrices[i]
+        found = -np.linalg.pinv(A, rcond=ZERO) @ inputs[i]
+        size = np.abs(A) @ np.abs(found) + np.abs(inputs[i])
+        if np.all(np.abs(A @ found + inputs[i]) <= BALANCED * size.max()):
+            centre[i], decays[i] = found, ALWAYS
 
 
 def _spread(part: Any, at: NDArray[np.int64], count: int) -> Any:

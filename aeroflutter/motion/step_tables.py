@@ -135,14 +135,14 @@ def build(
     generator
         [A, B] of each mode, (k, n, n+q).
     C
-        Outputs y = C x, (m, n).
+        Outputs y = C x, (m, n), or in each mode y = C (x, u), (k, m, n+q).
     cap
         Longest step allowed; infinity leaves it to the series.
     d_generator
         Derivative of the generators with respect to a parameter, (k, n, n+q).
     """
     k, n, width = generator.shape
-    m, size = C.shape[0], n * width
+    m, size = C.shape[-2], n * width
     convert = _conversions()
     weights = _weights(generator)
     norm = np.max(np.sum((np.abs(generator) * weights)[..., :n], axis=2), axis=1)
@@ -155,7 +155,9 @@ def build(
     np.multiply(np.swapaxes(powers, 1, 2), factors[:, :, None, None], out=terms)
     rows = terms.reshape(k, ORDER + 1, -1)
     flow = _economised(rows[..., :size], convert.to_power)
-    outputs = (C @ powers[:, :n].reshape(k, n, -1)).reshape(k, m, ORDER + 1, width)
+    outputs = (C[..., :n] @ powers[:, :n].reshape(k, n, -1)).reshape(k, m, ORDER + 1, width)
+    if C.ndim == 3:
+        outputs[:, :, 0, n:] += C[..., n:]
     both = convert.to_both @ (outputs * factors[:, None, :, None])
     lines = np.zeros((k, padded(width), 2 * m * SPACE + padded(n)))
     lines[:, :width, : 2 * m * SPACE] = np.swapaxes(both.reshape(k, -1, width), 1, 2)

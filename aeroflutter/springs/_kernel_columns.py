@@ -11,7 +11,7 @@ SLIDES, LAG = 12, 13  # 1 where h = y - lag follows y
 PIECE = 14  # place of the slope among the distinct ones
 JUMPS = 15  # 1 where F jumps at the edges
 BRANCH = 16  # what the memory is called on a side that y does not tell, or 0
-STUCK = 17  # 1 where F is whatever keeps y at its edge; the edges are then those of F
+HOLDS = 17  # 1 where F is whatever keeps y at its edge; the edges are then those of F
 COLUMNS = 18
 
 STICK, RISING, FALLING = 0, 1, 2  # modes of a loop

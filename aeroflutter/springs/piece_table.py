@@ -27,6 +27,7 @@ from aeroflutter.springs._kernel_columns import (
     FLOOR,
     HELD,
     HIGH,
+    HOLDS,
     JUMPS,
     LAG,
     LOW,
@@ -37,7 +38,6 @@ from aeroflutter.springs._kernel_columns import (
     SLIDES,
     SLOPE,
     STICK,
-    STUCK,
     TO_HIGH,
     TO_LOW,
     TO_TURN,
@@ -154,7 +154,7 @@ class PieceTable:
         if half > 0.0:
             rows[:2, BRANCH] = -1.0, 1.0
         if slides:
-            rows[STUCK_MODE, [STUCK, LOW, HIGH]] = 1.0, -level, level
+            rows[STUCK_MODE, [HOLDS, LOW, HIGH]] = 1.0, -level, level
             rows[STUCK_MODE, [TO_LOW, TO_HIGH]] = 0.0, 1.0
             rows[STUCK_MODE, PIECE] = 1.0
             return cls(rows, np.array([0.0, np.nan]), False, level)

@@ -53,6 +53,8 @@ _COINCIDE = 1e-6  # distance within which a corner and a change of sequence are 
 BACK = "the family comes back to the one it branched from"
 NOT_ENTERED = "the other side of the first cycle could not be entered"
 _LINEAR = "the spring no longer switches: cycles of a linear system, of any amplitude"
+_HOPF = "the cycles shrink to rest: a Hopf bifurcation"
+_SHRUNK = 1e-3  # of the spring's scale, below which cycles of a smooth spring are all alike
 _CLOSED = "the curve closes"
 LARGEST = "the amplitude has reached"
 _MANY = "cycles were followed"
@@ -189,7 +191,7 @@ def _walk(
             strand.stop, strand.closed = _CLOSED, True
             return state.x, state.tangent
         cycle = strand.add(leg, state).cycle
-        if cycle.switches == 0:
+        if cycle.switches == 0 and not leg.frame.loop.smooth:
             strand.places.pop()
             strand.stop = _LINEAR
             return state.x, state.tangent
@@ -250,7 +252,8 @@ def _happenings(
 def _note(leg: Leg, strand: Strand, found: list[tuple[str, State]]) -> str:
     """Add what happens to the strand, and say why it ends if it does."""
     for kind, state in found:
-        if strand.add(leg, state, kind).cycle.switches == 0:
+        cycle = strand.add(leg, state, kind).cycle
+        if cycle.switches == 0 and not leg.frame.loop.smooth:
             if kind != "grazing":  # beyond the end, where any amplitude will do
                 strand.places.pop()
             return _LINEAR
@@ -260,6 +263,9 @@ def _note(leg: Leg, strand: Strand, found: list[tuple[str, State]]) -> str:
 def _limit(leg: Leg, cycle: Cycle, options: CycleOptions) -> str:
     if cycle.amplitude > options.largest * leg.shooting.loop.spring.scale:
         return f"{LARGEST} {options.largest:g} times the spring's scale"
+    loop = leg.shooting.loop
+    if loop.smooth and cycle.amplitude < _SHRUNK * loop.spring.scale:
+        return _HOPF
     return ""
 
 

@@ -114,7 +114,7 @@ class Leg:
         size = cycle.amplitude
         if by.lead:  # of the spring that tells
             size = float(np.abs(cycle.outputs[by.lead, 1:]).max())
-        return bool(abs(phase) < _SLOPE * size * cycle.k ** (1 if by.memory else 2))
+        return bool(abs(phase) < _SLOPE * size * cycle.k ** (1 if by.memory or by.falls else 2))
 
 
 def start_leg(

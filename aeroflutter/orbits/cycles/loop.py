@@ -15,7 +15,8 @@ from aeroflutter.model.family import Family
 from aeroflutter.model.lure import AnyFamily, as_family, integrators
 from aeroflutter.motion import flow as exact
 from aeroflutter.motion.flow import Passage, Trace
-from aeroflutter.springs import Spring, Springs, each
+from aeroflutter.orbits.cycles.smooth import SmoothFlow
+from aeroflutter.springs import Hysteresis, Spring, Springs, each
 
 __all__ = ["Flow", "Loop", "Passage", "Trace"]
 
@@ -40,6 +41,9 @@ class Flow:
         if not np.all(np.isfinite(self.A)):
             raise ConvergenceError("the system is not finite at this speed")
         self.exact = exact.Flow(system, springs, derivative=(self.dA, self.dB))
+        if self.exact.m > len(springs):  # with the rates on which friction jumps
+            self.B, self.C = self.exact.B, self.exact.C
+            self.dB = self.dB[:, self.exact.channels.springs]
         self.passage, self.trace = self.exact.passage, self.exact.trace
 
     def rate(self, z: Array) -> Array:
@@ -67,7 +71,7 @@ class Flow:
 
 
 class Loop:
-    """A family of linear systems closed by piecewise-linear springs.
+    """A family of linear systems closed by piecewise-linear springs, or by one polynomial.
 
     Attributes
     ----------
@@ -81,6 +85,10 @@ class Loop:
         Number of states; number of entries of z.
     held
         Places of the springs that have a memory, in the order of z.
+    falls
+        Of each spring, whether it may switch where its y turns: friction and play.
+    smooth
+        Whether it is a polynomial, whose motion is a Taylor series.
     integrates
         Which y can rest anywhere without a moment of any spring, (s,): for a lone one, where
         1/G(0) = 0 at every speed.
@@ -91,8 +99,13 @@ class Loop:
         self.C = np.array(self.family.stack(self.family.search_range[1])[2])
         self.scales = np.array([one.scale for one in self.springs])
         self.n = int(self.C.shape[1])
-        memories = [one.piece_table().memory for one in self.springs]  # type: ignore[union-attr]
-        self.held = np.flatnonzero(memories)
+        tables = [one.piece_table() for one in self.springs]
+        self.smooth = any(table is None for table in tables)
+        self.held = np.flatnonzero([table is not None and table.memory for table in tables])
+        self.falls = [
+            one.rate_table() is not None or (i in self.held and not isinstance(one, Hysteresis))
+            for i, one in enumerate(self.springs)
+        ]
         self.m = self.n + self.held.size
         self.integrates = integrators(self.family)
         self.at = lru_cache(maxsize=16)(self._at)
@@ -107,5 +120,7 @@ class Loop:
         """Whether any has a memory."""
         return self.held.size > 0
 
-    def _at(self, speed: float) -> Flow:
+    def _at(self, speed: float) -> Flow | SmoothFlow:
+        if self.smooth:
+            return SmoothFlow(self.family, self.springs, speed)
         return Flow(self.family, self.springs, speed)

@@ -82,8 +82,9 @@ def anchored(
     z, period, speed = shooting.unpack(q)
     trace = trace_of(shooting, q)
     phase = _phase(shooting, trace)
-    time = _fall(shooting, trace, period, phase) if phase.memory else 0.0
-    if not phase.memory:
+    if phase.memory or phase.falls:
+        time = _fall(shooting, trace, period, phase)
+    else:
         time = _top(shooting, z, trace, period, phase)
     new = q
     flow = shooting.flow(q)
@@ -107,18 +108,21 @@ def _phase(shooting: Shooting, trace: Trace) -> Phase:
     """Which spring leads."""
     loop = shooting.loop
     if len(loop.springs) == 1:
-        return Phase(0, loop.memory)
-    moved = np.ptp(trace.memories, axis=0) / loop.scales
+        return Phase.of(loop)
+    moved = np.ptp(trace.memories[:, : len(loop.springs)], axis=0) / loop.scales
     if np.max(moved) > _SLIDES:
-        return Phase(int(np.argmax(moved)), True)
-    return Phase(int(np.argmax(np.ptp(trace.states @ loop.C.T, axis=0) / loop.scales)), False)
+        return Phase.of(loop, int(np.argmax(moved)))
+    lead = int(np.argmax(np.ptp(trace.states @ loop.C.T, axis=0) / loop.scales))
+    return Phase(lead, False, loop.falls[lead])
 
 
 def _fall(shooting: Shooting, trace: Trace, period: float, phase: Phase) -> float:
-    """Time at which the moment falls fastest through the middle of the loop."""
+    """Time at which the moment falls fastest through the middle of the loop, or y through zero."""
     loop, lead = shooting.loop, phase.lead
     middle = getattr(loop.springs[lead], "v_off", 0.0)
-    moment = trace.states @ loop.C[lead] - trace.memories[:, lead] - middle
+    moment = trace.states @ loop.C[lead]
+    if phase.memory:
+        moment = moment - trace.memories[:, lead] - middle
     ahead = np.roll(moment, -1)
     falls = np.flatnonzero((moment > 0) & (ahead <= 0))
     if falls.size == 0:

@@ -43,9 +43,7 @@ from aeroflutter.orbits.cycles.spectrum import critical_vector
 from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
 from aeroflutter.orbits.result import lowest
 from aeroflutter.springs import (
-    Hysteresis,
     Linear,
-    PiecewiseLinear,
     Spring,
     Springs,
     each,
@@ -64,6 +62,7 @@ _TRIES = 4  # cycles of a strand from which its other side is tried
 _NEAR = 0.02  # relative difference within which a family ends at a bifurcation
 _SPEEDS = 60  # at which the exact engine looks for cycles
 _NEUTRAL = 3e-3  # of U*/U*_L about one, where it does not
+_FEW = 4  # speeds, and motions at each, for smooth springs
 _THERE = 4  # times as many motions at a speed that is asked for
 
 
@@ -138,8 +137,12 @@ class Search:
         self._seeds = self._astray = 0
         self._rng = np.random.default_rng(0)  # one search is like another
         self._entered: set[tuple[float, float]] = set()
-        pieces = [_piecewise(one) for one in each(spring)]
+        pieces = [_fit(one) for one in each(spring)]
         family, simple = reduced(family, pieces)
+        if len(simple) > 1 and any(one.piece_table() is None for one in simple):
+            raise InputError(
+                "springs: exact cycles of several want straight pieces; use `aeroflutter hb`"
+            )
         self.kept = [i for i, one in enumerate(pieces) if any(one is left for left in simple)]
         point = flutter_point(family)
         about = centre(family, simple)
@@ -254,10 +257,12 @@ class Search:
         The outer branch is neutral at the flutter speed itself: nothing settles there.
         """
         low, high = self.options.limits(self.frame)
-        count = self.options.simulations
+        count, speeds = self.options.simulations, _SPEEDS
+        if self.frame.loop.smooth:  # no certain end states: a motion takes much longer
+            count, speeds = min(count, _FEW), _FEW
         if speed is not None:
             yield from self.simulated(speed, _THERE * count)
-        for ratio in np.linspace(low, high, _SPEEDS):
+        for ratio in np.linspace(low, high, speeds):
             if self.frame.flutter is None or abs(ratio - 1.0) > _NEUTRAL:
                 yield from self.simulated(float(ratio * self.frame.reference), count)
 
@@ -447,12 +452,12 @@ def _key(place: Place) -> tuple[float, float]:
     return place.cycle.speed, place.cycle.amplitude
 
 
-def _piecewise(spring: Spring) -> PiecewiseLinear | Hysteresis:
+def _fit(spring: Spring) -> Spring:
     simple = simplify(spring)
-    if not isinstance(simple, PiecewiseLinear | Hysteresis):
+    if simple.piece_table() is None and simple.polynomial() is None:
         raise InputError(
-            f"spring.kind: {spring.kind!r} has no linear pieces; its limit cycles are found by "
-            "harmonic balance: use `aeroflutter hb`"
+            f"spring.kind: {spring.kind!r} is neither of straight pieces nor a polynomial; its "
+            "limit cycles are found by harmonic balance: use `aeroflutter hb`"
         )
     return simple
 

@@ -17,6 +17,7 @@ from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Loop
 from aeroflutter.orbits.cycles.measure import Frame, anchored, sizes_of, switches_of, trace_of
 from aeroflutter.orbits.cycles.shooting import Shooting
+from aeroflutter.orbits.cycles.smooth import SmoothFlow, settled
 from aeroflutter.springs import Hysteresis, respond
 
 __all__ = ["converged", "end_seeds", "mirrors", "point_of", "sinusoid", "starts"]
@@ -59,6 +60,9 @@ def sinusoid(loop: Loop, amplitude: float, bias: float, speed: float, k: float) 
 def _start(loop: Loop, amplitude: float, bias: float) -> tuple[float, float]:
     """Angle after the maximum at which shooting starts, and the memory there."""
     spring = loop.spring
+    if loop.falls[0]:  # y = B + A cos falls through zero
+        slack = spring.scale if loop.memory else 0.0
+        return float(np.arccos(np.clip(-bias / amplitude, -1, 1))), min(amplitude - slack, slack)
     if not isinstance(spring, Hysteresis):
         return 0.0, 0.0
     memory = float(np.clip(bias + amplitude - spring.v1, spring.h_low, spring.h_high))
@@ -85,15 +89,16 @@ def point_of(loop: Loop, Y: Complex, omega: float, speed: float) -> Array:
     wave = np.exp(1j * np.outer(theta, ks))
     y = (wave @ Y.T).real
     at = int(np.argmax(y[:, 0]))
-    if m == 1 and loop.memory:
-        moment = (wave @ motion[:, n]).real
+    if m == 1 and (loop.memory or loop.falls[0]):
+        moment = y[:, 0] if loop.falls[0] else (wave @ motion[:, n]).real
         middle = getattr(loop.spring, "v_off", 0.0)
         after = np.roll(moment, -1)
         falls = np.flatnonzero((moment > middle) & (after <= middle))
         at = int(falls[np.argmin((after - moment)[falls])])
     here = (wave[at] @ motion).real
     if m == 1:
-        return np.append(here[:n], loop.C[0] @ here[:n] - here[n]) if loop.memory else here[:n]
+        held = here[n] if loop.falls[0] else loop.C[0] @ here[:n] - here[n]
+        return np.append(here[:n], held) if loop.memory else here[:n]
     held = [respond(loop.springs[i], np.tile(y[:, i], 2))[1][_WAVE + at] for i in loop.held]
     return np.append(here[:n], held)
 
@@ -145,6 +150,10 @@ def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array
         Where the motions start, about the centre.
     """
     loop = frame.loop
+    if loop.smooth:
+        smooth = SmoothFlow(loop.family, loop.springs, speed)
+        yield from settled(smooth, states, _PATIENCE * frame.period)
+        return
     flow = Flow(loop.family.at(speed), loop.springs)
     y = (states @ loop.C.T).T
     memory = np.column_stack(
@@ -216,7 +225,7 @@ def converged(
     left = shooting.residual(found)[: sizes.size] / sizes
     if np.max(np.abs(left)) > _LEFT:
         raise ConvergenceError("Newton's method stopped short of a cycle, at a kink")
-    if switches_of(frame.loop, trace) == 0:
+    if not frame.loop.smooth and switches_of(frame.loop, trace) == 0:
         raise ConvergenceError("the spring does not switch: a cycle of a linear system")
     return _cut(frame, shooting, found, sizes, _SHORTEST * period)
 

@@ -33,6 +33,7 @@ from aeroflutter.motion._kernel_roots import REVERSAL
 from aeroflutter.motion.flow import Passage
 from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Flow, Loop
+from aeroflutter.orbits.cycles.smooth import SmoothFlow
 from aeroflutter.springs import Hysteresis
 from aeroflutter.springs._kernel_columns import STICK
 
@@ -82,11 +83,20 @@ class Phase(NamedTuple):
     lead
         Place of the spring that tells.
     memory
-        Whether its moment falls through the middle of its loop there, else its y is extremal.
+        Whether its moment falls through the middle of its loop there.
+    falls
+        Whether its y falls through zero there: it may switch where y turns. Else y is extremal.
     """
 
     lead: int = 0
     memory: bool = False
+    falls: bool = False
+
+    @classmethod
+    def of(cls, loop: Loop, lead: int = 0) -> Phase:
+        """Where cycles start by a spring."""
+        memory = lead in loop.held and not loop.falls[lead]
+        return cls(lead, memory, loop.falls[lead])
 
 
 class Shooting:
@@ -120,7 +130,7 @@ class Shooting:
     ) -> None:
         self.loop, self.symmetric, self.reference = loop, symmetric, reference
         self.hold = np.broadcast_to(np.asarray(hold, dtype=float), loop.held.shape)
-        self.phase = phase or Phase(0, 0 in loop.held)
+        self.phase = phase or Phase.of(loop)
         self._log_period: float | None = None
         self._sign = -1.0 if symmetric else 1.0
         self._shots: dict[bytes, Shot] = {}
@@ -141,7 +151,7 @@ class Shooting:
         """Point, period and speed U*."""
         return q[:-2], float(np.exp(q[-2])), float(q[-1] * self.reference)
 
-    def flow(self, q: Array) -> Flow:
+    def flow(self, q: Array) -> Flow | SmoothFlow:
         """The flow at the speed of q."""
         return self.loop.at(float(q[-1] * self.reference))
 
@@ -187,7 +197,7 @@ class Shooting:
             jacobian[stuck, stuck] = 1.0
         return Shot(residual, jacobian, monodromy, flow.rate(z), passage, len(free), stuck)
 
-    def _phase(self, flow: Flow, z: Array) -> tuple[float, Array, float]:
+    def _phase(self, flow: Flow | SmoothFlow, z: Array) -> tuple[float, Array, float]:
         """Phase condition, its gradient in z (m,) and its derivative with respect to U."""
         loop, lead, n = self.loop, self.phase.lead, self.loop.n
         c, gradient = loop.C[lead], np.zeros(z.size)
@@ -196,9 +206,12 @@ class Shooting:
             middle = getattr(loop.springs[lead], "v_off", 0.0)
             gradient[:n], gradient[place] = c, -1.0
             return float(c @ z[:n] - z[place] - middle), gradient, 0.0
+        if self.phase.falls:
+            gradient[:n] = c
+            return float(c @ z[:n]), gradient, 0.0
         moments, slopes = flow.moments(z)
         push = c @ flow.B
-        gradient[:n] = c @ flow.A - (push * slopes) @ loop.C
+        gradient[:n] = c @ flow.A - (push * slopes) @ flow.C
         gradient[n:] = push[loop.held]
         value = float(c @ (flow.A @ z[:n] + flow.d) - push @ moments)
         return value, gradient, float(c @ (flow.dA @ z[:n]) - (c @ flow.dB) @ moments)

@@ -1,0 +1,124 @@
+"""The flow of a polynomial spring at one speed, as shooting sees it: Taylor series to round-off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from aeroflutter.errors import ConvergenceError
+from aeroflutter.model.family import Family
+from aeroflutter.model.lure import LureSystem
+from aeroflutter.motion.chaos.smooth_window import along, slope_law
+from aeroflutter.motion.flow import Passage, Trace
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+from aeroflutter.motion.smooth_steps import Limits, scalar_law, stepper
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from aeroflutter.springs import Spring
+
+    Array = NDArray[np.float64]
+
+__all__ = ["SmoothFlow", "settled"]
+
+DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
+HUGE = 1e100
+
+
+class SmoothFlow:
+    """A polynomial spring at one speed: the same as `loop.Flow` of straight pieces.
+
+    Parameters
+    ----------
+    family, springs
+        What is closed by what, by one spring.
+    speed
+        U*.
+    """
+
+    def __init__(self, family: Family, springs: tuple[Spring, ...], speed: float) -> None:
+        if len(springs) != 1:
+            raise ConvergenceError("several springs of which one is smooth")
+        self.A, self.B, self.C, self.d = family.stack(speed)
+        self.dA, self.dB, _, _ = family.derivative(speed)
+        self.b, self.db, (spring,) = self.B[:, 0], self.dB[:, 0], springs
+        if not np.all(np.isfinite(self.A)):
+            raise ConvergenceError("the system is not finite at this speed")
+        if np.any(self.d):
+            raise ConvergenceError("a load on a smooth spring")
+        self.c, self.spring, self.speed = self.C[0], spring, speed
+        self._names = tuple(family.state_names)
+        self._law, self._slope = scalar_law(spring), slope_law(spring)
+        self.system = self._at(0.0)
+
+    def _at(self, step: float) -> LureSystem:
+        """The system at a speed that differs by so much, to first order."""
+        return LureSystem(self.A + step * self.dA, self.b + step * self.db, self.c, self._names)
+
+    def rate(self, z: Array) -> Array:
+        """z' at a point, (n,)."""
+        return np.asarray(self.A @ z - self.b * self._law(float(self.c @ z)))
+
+    def moments(self, z: Array) -> tuple[Array, Array]:
+        """F at a point and its slope in y, (1,) each."""
+        y = float(self.c @ z)
+        return np.array([self._law(y)]), np.array([self._slope(y)])
+
+    def passage(self, z: Array, duration: float) -> Passage:
+        """The motion from z over a duration, linearised; see `motion.flow.Flow.passage`."""
+        n = z.size
+        jacobian = np.empty((n, n + 1))
+        motion = along(self.system, self.spring, z, duration, duration)
+        end, jacobian[:, :n], _ = motion(z, np.eye(n))
+        step = DIFFERENCE * abs(self.speed)
+        rise = self._end(z, duration, step) - self._end(z, duration, -step)
+        jacobian[:, n] = rise / (2.0 * step)
+        if not (np.all(np.isfinite(end)) and np.all(np.isfinite(jacobian))):
+            raise ConvergenceError("the motion does not stay bounded and regular over a period")
+        return Passage(end, jacobian, self.rate(end), ())
+
+    def _end(self, z: Array, duration: float, step: float) -> Array:
+        limits = Limits(duration, HUGE, duration, 1.0, duration)
+        motion = stepper(self._at(step), self.spring, z, limits)
+        motion.march(duration)
+        return motion.state
+
+    def trace(self, z: Array, duration: float, samples: int) -> Trace:
+        """The motion from z over a duration, sampled; see `motion.flow.Flow.trace`."""
+        size = float(np.max(np.abs(z))) or 1.0
+        limits = Limits(duration / samples, HUGE, duration, size, duration)
+        motion = stepper(self.system, self.spring, z, limits)
+        stretch = motion.march(duration)
+        if stretch.failure or not np.all(np.isfinite(motion.state)):
+            raise ConvergenceError("the motion does not stay bounded and regular over a period")
+        states = np.vstack((z, stretch.samples))[:samples]
+        turns = np.column_stack((stretch.turns, np.ones(len(stretch.turns))))
+        if len(turns):  # maxima and minima take turns
+            turns[1::2, 2] = -1.0
+            turns[:, 2] *= -np.sign(self._bend(float(turns[0, 0]), z))
+        moments = np.array([self._law(float(y)) for y in states @ self.c])[:, None]
+        memory = np.zeros((len(states), 1))
+        return Trace(motion.state, states, memory[:, 0], turns, np.empty((0, 6)), memory, moments)
+
+    def _bend(self, time: float, z: Array) -> float:
+        """y'' at a time."""
+        limits = Limits(time or 1.0, HUGE, time, 1.0, time or 1.0)
+        motion = stepper(self.system, self.spring, z, limits)
+        motion.march(time)
+        x = motion.state
+        rate = self.rate(x)
+        change = self.A @ rate - self.b * self._slope(float(self.c @ x)) * float(self.c @ rate)
+        return float(self.c @ change)
+
+
+def settled(flow: SmoothFlow, states: Array, duration: float) -> Iterator[tuple[Array, float]]:
+    """Points and periods of the cycles that motions are seen to settle on, (k, n) starts."""
+    options = SimulateOptions(record=False, duration=duration if np.isfinite(duration) else None)
+    for state in states:
+        run = simulate(flow.system, flow.spring, Initial(state=state), options)
+        if run.state == "lco" and np.isfinite(run.period):
+            yield run.final_state, run.period
