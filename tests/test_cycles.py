@@ -419,9 +419,16 @@ def test_no_cycle_is_said_and_no_error() -> None:
     assert "no limit cycle" in limit_cycles(section(), Hysteresis(1.0, 0.2), below).notes[-1]
 
 
+class OwnLaw(Cubic):
+    """A law of which nothing but its values is known."""
+
+    def polynomial(self) -> None:
+        return None
+
+
 def test_what_cannot_be_done_is_refused() -> None:
     with pytest.raises(InputError, match="aeroflutter hb"):
-        limit_cycles(section(), Cubic(1.0, 1.0))
+        limit_cycles(section(), OwnLaw())
     with pytest.raises(InputError, match="cycles_at"):
         limit_cycles(FixedFamily(section().at(3.9)), Freeplay(1.0))
     with pytest.raises(InputError, match="speed: must lie between"):

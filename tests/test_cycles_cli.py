@@ -95,7 +95,6 @@ def test_points_that_cannot_be_used_are_refused(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["lco", "cubic-02"], "aeroflutter hb"),
         (["lco", "run14", "--speed-ratio", "-1"], "--speed-ratio: must be a positive number"),
         (["lco", "run14", "--speed", "3", "--speed-ratio", "1"], "give one of the two"),
         (["lco", "run14", "--df"], "give --plot FILE"),

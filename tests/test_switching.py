@@ -7,11 +7,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from aeroflutter import (
+    Cubic,
+    FixedFamily,
     Friction,
     InputError,
     Linear,
     LureSystem,
     Play,
+    Polynomial,
     Relay,
     Saturation,
     SectionFamily,
@@ -22,7 +25,9 @@ from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.flow import Flow, Matrices
 from aeroflutter.motion.march import March
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+from aeroflutter.orbits.cycles import CycleOptions, cycles_at, limit_cycles
 from aeroflutter.orbits.describing import describing_intersections
+from aeroflutter.orbits.harmonic import HarmonicOptions, sinusoid, solve_cycle
 
 SECTION = SectionFamily(TypicalSection(omega_bar=0.8))
 FLUTTER = flutter_speed(SECTION)
@@ -54,13 +59,33 @@ THREE = {  # Åström & Hägglund's relay test; and loops of any textbook
 
 
 @pytest.mark.parametrize("name", THREE)
-def test_three_loops_by_describing_function_and_by_marching(name):
+def test_three_loops_by_describing_function_exactly_and_by_marching(name):
     system, law, amplitude, omega, exact, k = THREE[name]
     found = describing_intersections(system, law)
     np.testing.assert_allclose(found, [[amplitude, omega]], rtol=1e-5)
+    cycles = cycles_at(FixedFamily(system), law, 1.0, CycleOptions(simulations=1)).cycles
+    assert [cycle.stable for cycle in cycles] == [True]
+    assert (cycles[0].amplitude, cycles[0].k) == pytest.approx((exact, k), abs=6e-7)
     run = simulate(system, law, Initial(state=[0.3, 0.0, 0.0]), SimulateOptions(record=False))
     assert run.state == "lco"
-    assert (run.amplitude, 2 * np.pi / run.period) == pytest.approx((exact, k), abs=6e-7)
+    assert run.amplitude == pytest.approx(cycles[0].amplitude, rel=1e-11)
+    assert run.period == pytest.approx(cycles[0].period, rel=1e-11)
+    assert run.extras["multiplier"] == pytest.approx(abs(cycles[0].multipliers[1]), rel=1e-6)
+
+
+def test_the_relay_cycle_is_that_of_its_closed_form():
+    # Half a period on one side, x(T/2) = -x(0) with y = 0 at both: Tsypkin's condition,
+    # c (I + e^{A T/2})⁻¹ ∫₀^{T/2} e^{A s} b ds = 0, solved here by bisection on the transfer
+    # function's partial fractions 1/(s(s+1)(s+2)) = 1/2s - 1/(s+1) + 1/2(s+2).
+    from scipy.optimize import brentq
+
+    def place(half):
+        return 0.5 * (-half / 2) - (-np.tanh(half / 2)) + 0.25 * (-np.tanh(half))
+
+    half = brentq(place, 1.0, 4.0)
+    system = THREE["1/(s(s+1)(s+2))"][0]
+    cycle = cycles_at(FixedFamily(system), Relay(), 1.0, CycleOptions(simulations=0)).cycles[0]
+    assert cycle.period == pytest.approx(2 * half, rel=1e-12)
 
 
 # --- against SciPy with events
@@ -269,6 +294,28 @@ def test_the_bound_of_a_relay_shrinks_along_its_motion():
 # --- friction
 
 
+def test_the_cycle_of_negative_damping_and_friction_is_its_closed_form():
+    # y'' - 2 ζ y' + y + F₀ sgn y' = 0: each half swing is a spiral about ∓F₀ that grows by e^d,
+    # so that A = F₀ (e^d + 1)/(e^d - 1), and its multiplier is e^{2d}.
+    zeta, F0 = 0.05, 0.3
+    system = LureSystem(np.array([[0.0, 1.0], [0.0, 2 * zeta]]), np.eye(2)[1], np.eye(2)[0])
+    d = zeta * np.pi / np.sqrt(1 - zeta**2)
+    amplitude, law = F0 * (np.exp(d) + 1) / (np.exp(d) - 1), Friction(F0)
+    found = describing_intersections(system, law)  # n_q = 4 F₀/(π A) = 2 ζ ω at ω = 1
+    np.testing.assert_allclose(found, [[4 * F0 / (np.pi * 2 * zeta), 1.0]], rtol=1e-9)
+    cycle = cycles_at(FixedFamily(system), law, 1.0, CycleOptions(simulations=1)).cycles[0]
+    assert cycle.amplitude == pytest.approx(amplitude, rel=1e-12)
+    assert cycle.multipliers[1].real == pytest.approx(np.exp(2 * d), rel=1e-9)
+    assert not cycle.stable
+    # It takes 4 F₀ A a cycle: what the damper gives.
+    flow = Flow(system, [law])
+    times = np.linspace(0.0, cycle.period, 4001)
+    march = March(flow, flow.begin(cycle.state), times=times)
+    march.run(cycle.period)
+    power = march.states[:, 1] ** 2 * 2 * zeta
+    assert np.trapezoid(power, times) == pytest.approx(4 * F0 * amplitude, rel=1e-6)
+
+
 def test_friction_rests_anywhere_in_its_band_and_sticks_at_round_off():
     system, F0 = SECTION.at(0.8 * FLUTTER), 0.02
     rests = []
@@ -373,3 +420,46 @@ def test_friction_beside_another_spring_in_its_place():
     one, other = (f.advance(f.advance(f.start(x))) for f in (flow, alone))
     assert one.time == pytest.approx(other.time, rel=1e-12)
     np.testing.assert_allclose(one.x, other.x, atol=1e-12)
+
+
+# --- play
+
+
+def test_play_in_a_position_loop():
+    # Gain 5 on 1/(s(s+1)(s+2)): stable cycle, unstable one below it.
+    system, law = loop([5.0], [1, 3, 2, 0]), Play(0.2)
+    large = describing_intersections(system, law)[-1]
+    cycles = cycles_at(FixedFamily(system), law, 1.0, CycleOptions(simulations=1)).cycles
+    exact = cycles[-1]
+    assert exact.stable
+    assert (exact.amplitude, exact.k) == pytest.approx(tuple(large), rel=5e-3)
+    run = simulate(system, law, Initial(state=[0.3, 0.0, 0.0]), SimulateOptions(record=False))
+    assert run.state == "lco"
+    assert run.amplitude == pytest.approx(exact.amplitude, rel=1e-9)
+
+
+# --- polynomials by shooting on Taylor's flow
+
+
+def test_cycles_of_a_cubic_spring_are_those_of_harmonic_balance():
+    family, spring = SectionFamily(TypicalSection(omega_bar=0.2)), Cubic(1.0, 3.0)
+    result = limit_cycles(family, spring, CycleOptions(points=12, simulations=0))
+    (branch,) = result.families
+    assert "Hopf" in branch.ends[0]
+    assert [cycle.stable for cycle in branch.cycles] == [True] * len(branch.cycles)
+    for cycle in branch.cycles[2::5]:
+        guess = sinusoid(cycle.first_harmonic, 0.0, cycle.k, cycle.speed)
+        same = solve_cycle(family, spring, guess, options=HarmonicOptions(tolerance=1e-12))
+        assert cycle.period == pytest.approx(same.period, rel=1e-12)
+        assert cycle.first_harmonic == pytest.approx(same.first_harmonic, rel=1e-8)
+
+
+def test_biased_cycles_of_a_polynomial_are_those_that_motions_settle_on():
+    family, spring = SectionFamily(TypicalSection(omega_bar=0.2)), Polynomial((1.0, 0.6, 3.0))
+    speed = 1.1 * flutter_speed(family)
+    run = simulate(family.at(speed), spring, Initial(alpha=0.1), SimulateOptions(record=False))
+    options = CycleOptions(simulations=0, speed_ratio_range=(1.0, 1.2))
+    (cycle,) = cycles_at(family, spring, speed, options).cycles
+    assert cycle.amplitude == pytest.approx(run.amplitude, rel=1e-8)
+    assert cycle.bias == pytest.approx(run.bias, rel=1e-6)
+    assert abs(cycle.multipliers[1]) == pytest.approx(run.extras["multiplier"], abs=1e-6)

@@ -14,6 +14,7 @@ from aeroflutter.orbits.cycles.centre import Centre
 from aeroflutter.orbits.cycles.loop import Loop, Trace
 from aeroflutter.orbits.cycles.result import Cycle
 from aeroflutter.orbits.cycles.shooting import Phase, Shooting
+from aeroflutter.orbits.cycles.smooth import SmoothFlow
 from aeroflutter.orbits.cycles.spectrum import Spectra
 
 __all__ = ["Frame", "anchored", "cycle_at", "sizes_of", "switches_of", "trace_of"]
@@ -203,7 +204,10 @@ def _swings(
     memory[loop.held] = z[loop.n :]
     system = loop.family.at(speed)
     rows = rows_of(system)
-    low, high = cycle_extremes(flow.exact, np.append(z[: loop.n], memory), period, rows)
+    if isinstance(flow, SmoothFlow):
+        low, high = flow.extremes(z, period, rows)
+    else:
+        low, high = cycle_extremes(flow.exact, np.append(z[: loop.n], memory), period, rows)
     rest = rows @ frame.centre.rest(loop.family, speed)
     coordinates, springs = swings_of(system, low + rest, high + rest)
     return tuple(coordinates), tuple(springs)

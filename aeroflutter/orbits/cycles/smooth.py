@@ -13,6 +13,7 @@ from aeroflutter.motion.chaos.smooth_window import along, slope_law
 from aeroflutter.motion.flow import Passage, Trace
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.motion.smooth_steps import Limits, scalar_law, stepper
+from aeroflutter.motion.swings import extremes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,6 +28,7 @@ __all__ = ["SmoothFlow", "settled"]
 
 DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
 HUGE = 1e100
+SAMPLES = 1024  # of a cycle, between which extremes are looked for
 
 
 class SmoothFlow:
@@ -103,6 +105,12 @@ class SmoothFlow:
         moments = np.array([self._law(float(y)) for y in states @ self.c])[:, None]
         memory = np.zeros((len(states), 1))
         return Trace(motion.state, states, memory[:, 0], turns, np.empty((0, 6)), memory, moments)
+
+    def extremes(self, z: Array, period: float, rows: Array) -> tuple[Array, Array]:
+        """Lowest and highest of rows @ x on the cycle through z."""
+        states = self.trace(z, period, SAMPLES).states
+        rates = np.array([self.rate(x) for x in states])
+        return extremes(states, rates, period / SAMPLES, rows)
 
     def _bend(self, time: float, z: Array) -> float:
         """y'' at a time."""
