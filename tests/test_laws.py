@@ -24,6 +24,7 @@ from aeroflutter import (
     respond,
     simplify,
 )
+from aeroflutter.guarantees.absence.law import Uncovered, law_of
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.chaos import ChaosOptions, chaos
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
@@ -171,6 +172,12 @@ def test_friction_takes_four_times_friction_and_amplitude_a_cycle():
     assert work == pytest.approx(4 * 0.3 * A, rel=1e-3)
     rising, falling = respond(law, np.array([0.0, 1.0, 0.5, 0.5]))[0][1:3]
     assert (rising, falling) == pytest.approx((0.8 + 0.3, 0.4 - 0.3))
+
+
+@pytest.mark.parametrize("law", [Relay(), Play(), Friction(0.1)])
+def test_no_absence_of_oscillation_is_claimed_for_laws_that_it_does_not_cover(law):
+    with pytest.raises(Uncovered):
+        law_of(law)
 
 
 def test_laws_that_jump_are_not_for_houbolt():

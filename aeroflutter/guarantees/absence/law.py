@@ -33,11 +33,14 @@ def law_of(spring: Spring) -> Loop | Static:
     Raises
     ------
     Uncovered
-        If its slopes are not bounded.
+        If its slopes are not bounded, or it has another memory than a hinge.
     """
     plain = simplify(spring)
     if isinstance(plain, Hysteresis):
         return Loop(delta_v=plain.delta_v, delta_h=plain.delta_h)
+    table = plain.piece_table()
+    if table is not None and table.memory:
+        raise Uncovered(f"the memory of a {plain.kind} spring is not that of a hinge")
     low, high = plain.slope_range()
     if not np.isfinite((low, high)).all():
         raise Uncovered(f"the slopes of a {plain.kind} spring have no bound")
