@@ -380,3 +380,41 @@ def test_a_map_of_three_axes_is_told_what_to_do(capsys):
     words = ("--x", "section.mu=1:2:2", "--y", "section.zeta_xi=0:1:2", "--alpha-deg", "1,2")
     assert main(["map", "run14", *words, "--speed-ratio", "0.9"]) == 2
     assert "takes two axes" in capsys.readouterr().err
+
+
+# Reports, and the largest gap
+
+
+def test_a_report_is_in_metres_a_second(tmp_path, tail):
+    page = tmp_path / "r.html"
+    words = ("--velocity", "150,160", "--alpha-deg", "1", "--periods", "2")
+    case = ("--set", "spring.kind=linear")
+    assert main(["report", tail, *case, *words, "--out", str(page)]) == 0
+    text = page.read_text()
+    assert "airspeed V (m/s)" in text
+    assert "frequency (Hz)" in text
+    data = json.loads(re.search(r'application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1])
+    assert data["axis"]["flutter"] == pytest.approx(V_L, abs=0.01)
+    assert data["locus"]["flutter"] == pytest.approx(V_L, abs=0.01)
+    assert data["locus"]["divergence"] == pytest.approx(282.04, abs=0.01)
+    values, factor = data["map"]["x"]["values"], data["map"]["x"]["scale"]
+    assert [factor * value for value in values] == pytest.approx([150.0, 160.0], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_the_largest_gap_is_just_small_enough(tail):
+    """Against the amplitude at which motions end, with that gap and one a thousandth larger."""
+    import aeroflutter as af
+
+    case = af.load_case(tail)
+    quick = af.CycleOptions(simulations=0, depth=0)
+    answer = af.largest_gap(case, velocity=177.0, amplitude=np.radians(0.5), options=quick)
+    gap = float(np.degrees(answer.spring.delta_h))
+    assert answer.spring.delta_v == case.spring.delta_v
+    ends = [
+        np.degrees(af.simulate(case.replace("spring.gap_deg", g), velocity=177.0).amplitude)
+        for g in (gap, 1.001 * gap)
+    ]
+    assert ends[0] <= 0.5 * (1 + 1e-9) < ends[1]
+    assert gap == pytest.approx(0.1172, abs=1e-4)
+    assert sorted(value for value, _ in answer.trials) == [value for value, _ in answer.trials]

@@ -133,8 +133,9 @@ class Analyses:
 
     @property
     def unit(self) -> float:
-        """Speed by which the page divides: U*_L, or 1 where there is none."""
-        return self.flutter or 1.0
+        """U* of one unit of the page: of 1 m/s where there are SI data, else U*_L, or 1."""
+        scale = self.case.scale
+        return (self.flutter or 1.0) if scale is None else scale.speed(1.0)
 
 
 def analyse(

@@ -81,9 +81,14 @@ def _plain(value: Any) -> Any:
 
 def _axis(found: Analyses) -> dict[str, Any]:
     """What speeds are on this page."""
+    flutter = {} if found.flutter is None else {"flutter": found.flutter / found.unit}
+    if found.case.scale is not None:
+        return {"key": "velocity", "label": "airspeed V (m/s)", "unit": found.unit, **flutter}
     if found.flutter is None:
         return {"key": "speed", "label": "airspeed U*", "unit": 1.0}
-    return {"key": "speed_ratio", "label": "airspeed ratio U*/U*_L", "unit": found.flutter}
+    return {
+        "key": "speed_ratio", "label": "airspeed ratio U*/U*_L", "unit": found.unit, **flutter,
+    }  # fmt: skip
 
 
 def _free(found: Analyses) -> dict[str, Any] | None:
@@ -122,7 +127,8 @@ def _onsets(found: Analyses) -> Iterable[tuple[str, str]]:
     for name, result in _results(found).items():
         one = fields_of(result)["onset"]
         if one is not None:
-            where = f"{one['speed'] / found.unit:.6g}, {one['amplitude_deg']:.4g}°"
+            metres = "" if found.case.scale is None else " m/s"
+            where = f"{one['speed'] / found.unit:.6g}{metres}, {one['amplitude_deg']:.4g}°"
             yield name, f"{where} ({one['kind']})"
 
 
@@ -151,21 +157,28 @@ def _locus(found: Analyses) -> dict[str, Any]:
     modes = [j for j in range(imag.shape[1]) if imag[:, j].max() > 1e-9]
     modes.sort(key=lambda j: float(np.median(imag[:, j] * locus.speeds)))
     size = np.maximum(np.abs(locus.roots), 1e-300)
-    up = imag > 0
+    up, scale = imag > 0, found.case.scale
+    speed, frequency = 1.0, imag * locus.speeds[:, None]
+    if scale is not None:
+        speed = scale.velocity(1.0)
+        frequency = np.asarray(scale.frequency_hz(imag, locus.speeds[:, None]))  # type: ignore[arg-type]
+    crossings = [{**one, "speed": speed * one["speed"]} for one in fields_of(locus)["crossings"]]
     return {
-        "speeds": locus.speeds,
+        "speeds": speed * locus.speeds,
+        "speed": "airspeed U*" if scale is None else "airspeed V (m/s)",
+        "frequency": "frequency ω/ω_α" if scale is None else "frequency (Hz)",
         "modes": [
             {
                 "re": np.where(up[:, j], locus.roots[:, j].real, np.nan),
                 "im": np.where(up[:, j], imag[:, j], np.nan),
-                "frequency": np.where(up[:, j], imag[:, j] * locus.speeds, np.nan),
+                "frequency": np.where(up[:, j], frequency[:, j], np.nan),
                 "damping": np.where(up[:, j], -locus.roots[:, j].real / size[:, j], np.nan),
             }
             for j in modes
         ],
-        "crossings": fields_of(locus)["crossings"],
-        "flutter": found.flutter,
-        "divergence": locus.divergence,
+        "crossings": crossings,
+        "flutter": None if found.flutter is None else speed * found.flutter,
+        "divergence": None if locus.divergence is None else speed * locus.divergence,
     }
 
 
@@ -339,10 +352,13 @@ def _view(found: Analyses) -> dict[str, Any]:
     x = np.array([one["speed"] for one in points]) / found.unit
     y = np.array([one["amplitude_deg"] for one in points])
     low = float(x.min())
+    flutter = (found.flutter or 0.0) / found.unit
     high = (
         float(x.max())
         if found.flutter is None
-        else (1.0 + 0.25 * (1.0 - low) if low < 0.98 else max(1.5, 1.25 * low))
+        else (flutter + 0.25 * (flutter - low))
+        if low < 0.98 * flutter
+        else max(1.5 * flutter, 1.25 * low)
     )
     pad = 0.12 * (high - low)
     inside = (x >= low) & (x <= high)
@@ -357,7 +373,7 @@ def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
     """The cells, the motion from every one of them, and the cycle in which it ends."""
     cells, case = found.map, found.case
     grid = cells.grid
-    reference = found.unit if grid.x.key == "speed_ratio" else 1.0
+    reference = (found.flutter or 1.0) if grid.x.key == "speed_ratio" else 1.0
     first = len(motions.headers)
     settled: dict[tuple[int, int], int] = {}
     for i, x in enumerate(grid.x.values):

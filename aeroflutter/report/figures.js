@@ -50,7 +50,7 @@ function draw(id, traces, x, y, more = {}) {
 }
 
 const heading = (text) => ({ title: { text, font: { size: 14 }, x: 0.02, xanchor: "left" } });
-const html = (text) => text.replace("U*_L", "U*<sub>L</sub>");
+const html = (text) => text.replace("U*_L", "U*<sub>L</sub>").replace("ω_α", "ω<sub>α</sub>");
 const number = (value, digits = 5) =>
   value === null || !Number.isFinite(value) ? "–" : String(+value.toPrecision(digits));
 
@@ -81,7 +81,8 @@ function drawSpring() {
 }
 
 function drawLocus() {
-  const { speeds, modes, crossings, flutter, divergence } = data.locus;
+  const { speeds, modes, crossings, flutter, divergence, speed, frequency } = data.locus;
+  const hertz = html(frequency);
   const each = (x, y, template) => modes.map((mode, n) => ({
     x: typeof x === "string" ? mode[x] : x, y: mode[y], mode: "lines", name: `mode ${n + 1}`,
     customdata: speeds, line: { color: colour(`line-${MODES[n % 4]}`), width: 2 },
@@ -93,20 +94,20 @@ function drawLocus() {
   const [low, high] = [Math.min(...seen, 0), Math.max(...seen, 0)];
   const pad = 0.12 * (high - low || 1);
   draw("plot-locus", [
-    ...each("re", "im", "U* = %{customdata:.5g}<br>Re p = %{x:.4g}<br>Im p = %{y:.4g}"),
+    ...each("re", "im", `${speed} %{customdata:.5g}<br>Re p = %{x:.4g}<br>Im p = %{y:.4g}`),
     { x: growing.map(() => 0), y: growing.map((one) => one.k), mode: "markers", name: "flutter",
       customdata: growing.map((one) => one.speed),
       marker: { symbol: "x", size: 9, color: colour("ink") },
-      hovertemplate: "U* = %{customdata:.6g}<br>k = %{y:.5g}" },
+      hovertemplate: `${speed} %{customdata:.6g}<br>k = %{y:.5g}` },
   ], axis("Re p", { range: [low - pad, high + pad] }),
   axis("Im p", top ? { range: [0, top] } : { rangemode: "tozero" }), heading("root locus"));
   const shown = marks([[flutter, "flutter"],
     [divergence !== null && divergence < Math.max(...speeds) ? divergence : null, "divergence"]]);
-  draw("plot-frequency", each(speeds, "frequency", "U* = %{x:.5g}<br>ω/ω<sub>α</sub> = %{y:.5g}"),
-    axis("airspeed U*"), axis("frequency ω/ω<sub>α</sub>", { rangemode: "tozero" }),
+  draw("plot-frequency", each(speeds, "frequency", `${speed} %{x:.5g}<br>${hertz} %{y:.5g}`),
+    axis(speed), axis(hertz, { rangemode: "tozero" }),
     { ...heading("frequency"), ...shown });
-  draw("plot-damping", each(speeds, "damping", "U* = %{x:.5g}<br>damping %{y:.4g}"),
-    axis("airspeed U*"), axis("damping ratio"), { ...heading("damping"), ...shown });
+  draw("plot-damping", each(speeds, "damping", `${speed} %{x:.5g}<br>damping %{y:.4g}`),
+    axis(speed), axis("damping ratio"), { ...heading("damping"), ...shown });
 }
 
 // ---------------------------------------------------------------- limit cycles
@@ -167,7 +168,7 @@ function drawCurves() {
 }
 
 const linearFlutter = () =>
-  marks([[data.axis.key === "speed_ratio" ? 1 : null, "linear flutter"]]);
+  marks([[data.axis.flutter ?? null, "linear flutter"]]);
 
 /** The airspeeds at which nothing can oscillate, by proof. */
 function provedFree(layer) {
