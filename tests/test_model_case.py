@@ -357,3 +357,15 @@ def test_a_model_of_one_speed_takes_no_speed_option(tmp_path, capsys):
     assert "so there is no curve over it" in capsys.readouterr().err
     assert main(["map", str(file)]) == 2
     assert "starts motions by the pitch of a section" in capsys.readouterr().err
+
+
+def test_amplitudes_that_are_no_angles_are_not_told_as_such(tmp_path, capsys):
+    npz(tmp_path / "a.npz", variables())
+    file = tmp_path / "c.toml"
+    file.write_text(
+        '[model]\nkind = "state-space"\nfile = "a.npz"\n'
+        '[spring]\nat = "heave"\nkind = "freeplay"\ngap = 0.01\n'
+    )
+    assert main(["df", str(file)]) == 2
+    assert 'reported in degrees, which "heave" has not' in capsys.readouterr().err
+    assert main(["rootlocus", str(file)]) == 0

@@ -123,10 +123,11 @@ class CaseOptions:
         from aeroflutter.case.source import parse_override
 
         case = load_case(name, dict(map(parse_override, self.set)))
-        if angle and case.imported is None and case.model().units[0] != "rad":
+        if angle and (model := case.model()).units[0] != "rad":
             raise InputError(
-                f'{case.source}: spring.at: amplitudes are reported in degrees, which "heave" has '
-                "not; put one of an angle first, if there is one, or use the Python interface"
+                f"{case.source}: spring.at: amplitudes are reported in degrees, which "
+                f'"{model.names[0]}" has not; put one of an angle first, if there is one, or use '
+                "the Python interface"
             )
         return case
 
