@@ -53,6 +53,7 @@ from tests.marching import event_march
 
 PERIODS = 60.0, 200.0  # of the integration, at least and at most
 TOLERANCE = 1e-10
+STILL = 1e-9  # rate of change over that at the start, below which a motion is at rest
 MARCH = SimulateOptions(record=False, duration=1e7)
 
 
@@ -126,10 +127,16 @@ def sizes(case: Case, time: float) -> np.ndarray:
     """s₁, s₂, s₃ of the motion; infinite once it has left for good."""
     system, spring = case.system, case.spring
     x, h = case.initial.start(system, spring)
-    window = 1.3 * periods(case)[1]
+    longest = periods(case)[1]
+    window, still = 1.3 * longest, STILL * np.abs(rate(case, x, h)).max()
     found, now, far = [], 0.0, 1e4 * max(spring.scale, abs(float(system.c @ x)))
     for part in (0.5, 0.75, 1.0):
-        x, h = onward(system, spring, x, h, part * time - now)
+        while now < part * time:
+            step = min(longest, part * time - now)
+            x, h = onward(system, spring, x, h, step)
+            now += step
+            if np.abs(rate(case, x, h)).max() < still:
+                return np.append(found, np.zeros(3 - len(found)))
         y = [float(system.c @ x)]
         for _ in range(63):
             x, h = onward(system, spring, x, h, window / 63)
@@ -139,6 +146,12 @@ def sizes(case: Case, time: float) -> np.ndarray:
             return np.full(3, np.inf)
         found.append(0.5 * np.ptp(y))
     return np.array(found)
+
+
+def rate(case: Case, x: Any, h: float) -> Any:
+    """x'."""
+    y = case.system.c @ x
+    return case.system.A @ x - case.system.b * float(case.spring.moment(y, h))
 
 
 def onward(system: LureSystem, spring: Spring, x: Any, h: float, time: float) -> tuple[Any, float]:
