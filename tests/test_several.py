@@ -284,7 +284,7 @@ def test_harmonic_balance_and_exact_cycles_of_two_springs_agree(seed: int) -> No
 
 @pytest.mark.slow
 def test_fifty_random_pairs_of_springs() -> None:
-    """Stable and unstable, of odd pairs and others; where Newton finds the exact one, within 1e-3."""
+    """Stable and unstable, odd and not; where Newton's method finds the exact one, within 1e-3."""
     differences: list[float] = []
     stable, symmetric = set[bool](), set[bool]()
     for seed in range(50):
