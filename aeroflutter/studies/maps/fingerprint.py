@@ -16,7 +16,7 @@ __all__ = ["Closure", "closure", "code_hash"]
 
 Closure = tuple[dict[str, Traversable], frozenset[str]]
 
-KEEPING = frozenset({"distributed", "pydantic", "pydantic_core", "zarr"})
+KEEPING = frozenset({"distributed", "netCDF4", "pydantic", "pydantic_core", "zarr"})
 """Libraries that check, carry and keep numbers and make none."""
 
 
