@@ -10,8 +10,17 @@ import numpy as np
 import oracle_springs as oracle
 import pytest
 
-from aeroflutter import Bilinear, Freeplay, Hysteresis, Linear, Table
+from aeroflutter import (
+    Bilinear,
+    Freeplay,
+    Hysteresis,
+    Linear,
+    SectionFamily,
+    Table,
+    TypicalSection,
+)
 from aeroflutter.motion._kernel_roots import WIDTH
+from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.step_tables import build
 from aeroflutter.springs import Spring
@@ -115,6 +124,29 @@ def test_tables_are_the_matrix_exponential_to_round_off(n: int) -> None:
                 M = (powers @ found).reshape(n, n + 2) / units[:n]
                 exact = whole[rows, : n + 2]
                 assert np.max(np.abs(M - exact)) < 4e-15 * max(1.0, np.max(np.abs(whole)))
+
+
+def test_the_first_motion_on_tables_made_on_its_way_carries_the_parameter() -> None:
+    """A spring of more slopes than are made ready at once: against central differences."""
+    family, pitch = SectionFamily(TypicalSection(omega_bar=0.8)), np.linspace(-6.0, 6.0, 42)
+    spring = Table(tuple(pitch), tuple(0.2 * pitch + 0.02 * pitch**3))
+    z = np.array([0.1, 3.0, 0.2, -0.1, 0.0, 0.3])
+
+    def flow_at(speed: float) -> Flow:
+        dA, db = family.derivative(speed)
+        return Flow(family.at(speed), [spring], derivative=(dA, db[:, None]))
+
+    first = flow_at(3.9).passage(z, 20.0)
+    assert len(first.switches) > 10
+    ends = [flow_at(3.9 + step).passage(z, 20.0).end for step in (-1e-5, 1e-5)]
+    difference = (ends[1] - ends[0]) / 2e-5
+    assert np.max(np.abs(difference)) > 1.0
+    assert first.jacobian[:, -1] == pytest.approx(difference, rel=1e-5, abs=1e-5)
+    ready = flow_at(3.9)
+    ready.prepare(np.arange(ready.arrays.lookup.size))
+    ends = [end_state(flow, z, 0.0) for flow in (flow_at(3.9), ready)]
+    assert ends[0].state == ends[1].state
+    assert ends[0].amplitude == pytest.approx(ends[1].amplitude, rel=1e-9)
 
 
 def exponential(matrix: np.ndarray) -> np.ndarray:

@@ -304,11 +304,12 @@ class Flow:
         self._derivative = derivative
         self._proofs: Proofs | None = None
         self._pushes = np.column_stack((self.B, self.d)) if np.any(self.d) else self.B
-        none = np.empty((0, 0, 0))
+        none, width = np.empty((0, 0, 0)), self.n + self._pushes.shape[1]
+        changes = none if derivative is None else np.empty((0, 0, self.n * width))
         self.arrays = kernel.System(
             self.C, laws.rows, laws.sizes, laws.strides, np.full(laws.places, -1, dtype=np.int64),
-            np.empty(0), none, none, none, none,
-            np.zeros((self.m, self.n + self._pushes.shape[1])),
+            np.empty(0), none, none, np.empty((0, self.n, width)), changes,
+            np.zeros((self.m, width)),
             self.channels.rows(None if derivative is None else derivative[0]),
         )  # fmt: skip
 
