@@ -6,7 +6,7 @@ that takes systems and families takes these as well (see :func:`as_system`, :fun
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
@@ -31,8 +31,6 @@ from aeroflutter.model.system import System
 
 if TYPE_CHECKING:
     import control
-
-    from aeroflutter.springs import Spring
 
 
 _ROUND_OFF = 1e-12
@@ -451,74 +449,6 @@ def as_family(family: AnyFamily) -> Family:
 def as_lure(family: AnyFamily) -> LureFamily:
     """A family of one output as vectors, whichever way it is written."""
     return cast("LureFamily", family) if hasattr(family, "c") else SpringFamily(family)
-
-
-@dataclass(frozen=True, eq=False)
-class _Absorbed:
-    """A family some of whose springs are linear, and part of its systems."""
-
-    family: Family
-    linear: Mapping[int, float]
-
-    @property
-    def _kept(self) -> list[int]:
-        return [i for i in range(len(self.family.names)) if i not in self.linear]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.family.names[i] for i in self._kept)
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        return tuple(self.family.units[i] for i in self._kept)
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        return self.family.state_names
-
-    @property
-    def search_range(self) -> tuple[float, float]:
-        return self.family.search_range
-
-    @property
-    def scale(self) -> Scale | None:
-        return self.family.scale
-
-    def at(self, speed: float) -> System:
-        return self.family.at(speed).absorb(self.linear)
-
-    def stack(self, speeds: ArrayLike) -> Matrices:
-        A, B, C, d = self.family.stack(speeds)
-        out = list(self.linear)
-        inside = (B[..., out] * np.array(list(self.linear.values()))) @ C[..., out, :]
-        return A - inside, B[..., self._kept], C[..., self._kept, :], d
-
-    def derivative(self, speeds: ArrayLike) -> Matrices:
-        _, B, C, _ = self.family.stack(speeds)
-        dA, dB, dC, dd = self.family.derivative(speeds)
-        out, slopes = list(self.linear), np.array(list(self.linear.values()))
-        inside = (dB[..., out] * slopes) @ C[..., out, :] + (B[..., out] * slopes) @ dC[..., out, :]
-        return dA - inside, dB[..., self._kept], dC[..., self._kept, :], dd
-
-
-def reduced(family: AnyFamily, springs: Sequence[Spring]) -> tuple[AnyFamily, tuple[Spring, ...]]:
-    """A family of several springs with those that are linear and without offset within it.
-
-    One spring stays in any case.
-    """
-    from aeroflutter.springs import Linear
-
-    linear = {
-        i: one.stiffness
-        for i, one in enumerate(springs)
-        if isinstance(one, Linear) and one.centre == 0.0
-    }
-    if len(linear) == len(springs):
-        linear.pop(0)
-    if not linear:
-        return family, tuple(springs)
-    kept = tuple(one for i, one in enumerate(springs) if i not in linear)
-    return _Absorbed(as_family(family), linear), kept
 
 
 def static_stiffness(family: LureFamily) -> Real:

@@ -8,7 +8,7 @@ a motion first enters it, and kept.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,16 +23,14 @@ from aeroflutter.motion._kernel_jump import before
 from aeroflutter.motion._kernel_proofs import DAMPED, Proofs, resting
 from aeroflutter.motion.contraction import Contraction, contraction_of
 from aeroflutter.motion.discontinuous import channels_of, holding, modes_of
+from aeroflutter.motion.laws import assembled, laws_of, pieces_of
 from aeroflutter.motion.march import March
 from aeroflutter.motion.proofs import proofs_of, proofs_of_many
 from aeroflutter.motion.step_tables import StepTables, build
-from aeroflutter.springs import simplify
 from aeroflutter.springs._kernel_columns import (
     CEILING,
-    COLUMNS,
     FLOOR,
     HELD,
-    HOLDS,
     OFFSET,
     PIECE,
     SLIDES,
@@ -41,7 +39,7 @@ from aeroflutter.springs._kernel_columns import (
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from aeroflutter.springs import PieceTable, Spring
+    from aeroflutter.springs import Spring
 
 __all__ = ["Flow", "Matrices", "Passage", "Point", "Trace", "pieces_of"]
 
@@ -133,84 +131,6 @@ class Trace(NamedTuple):
     moments: Array
 
 
-def pieces_of(springs: Sequence[Spring]) -> list[PieceTable]:
-    """The piece tables of springs.
-
-    Raises
-    ------
-    InputError
-        If a spring is not made of straight pieces.
-    """
-    tables = [_piece_table(spring) for spring in springs]
-    for spring, table in zip(springs, tables, strict=True):
-        if table is None:
-            raise InputError(
-                f"spring.kind: {spring.kind!r} has no linear pieces; the exact engine takes "
-                "linear, table, bilinear, freeplay and hysteresis"
-            )
-    return [table for table in tables if table is not None]
-
-
-@lru_cache(maxsize=64)
-def _piece_table(spring: Spring) -> PieceTable | None:
-    """Made once for all speeds."""
-    return spring.piece_table()
-
-
-class _Laws(NamedTuple):
-    """What all flows with the same springs share.
-
-    Attributes
-    ----------
-    springs, pieces
-        The simplest springs with these laws, and their tables.
-    memory, held
-        Whether each spring has one, (m,), and which do.
-    rows, sizes, strides
-        As in `_kernel_flow.System`.
-    places
-        Number of modes of all springs together that differ in a slope.
-    sliders
-        Which laws can hold their output at zero.
-    """
-
-    springs: tuple[Spring, ...]
-    pieces: list[PieceTable]
-    memory: NDArray[np.bool_]
-    held: Index
-    rows: Array
-    sizes: Array
-    strides: Index
-    places: int
-    sliders: Index
-
-
-@lru_cache(maxsize=64)
-def _laws_of(springs: tuple[Spring, ...]) -> _Laws:
-    """Made once for all speeds."""
-    simple = tuple(simplify(spring) for spring in springs)
-    return _assembled(simple, pieces_of(simple))
-
-
-def _assembled(simple: tuple[Spring, ...], pieces: list[PieceTable]) -> _Laws:
-    rows = np.zeros((len(pieces), max((piece.modes for piece in pieces), default=0), COLUMNS))
-    for law, piece in zip(rows, pieces, strict=True):
-        law[: piece.modes] = piece.rows
-    counts = np.array([piece.slopes.size for piece in pieces], dtype=np.int64)
-    memory = np.array([piece.memory for piece in pieces], dtype=bool)
-    return _Laws(
-        simple,
-        pieces,
-        memory,
-        np.flatnonzero(memory),
-        rows,
-        np.array([piece.size for piece in pieces]),
-        np.cumprod(counts) // counts,
-        int(np.prod(counts)),
-        np.flatnonzero([np.any(piece.rows[:, HOLDS]) for piece in pieces]),
-    )
-
-
 class Flow:
     """The piecewise flow of a system and its springs.
 
@@ -287,7 +207,7 @@ class Flow:
         """Take up all that is given, before any mode has its table."""
         if step_cap is not None and not step_cap > 0.0:
             raise InputError(f"step_cap: {step_cap!r} is not a positive number")
-        laws = _laws_of(tuple(springs))
+        laws = laws_of(tuple(springs))
         self.system, self._cap = system, np.inf if step_cap is None else float(step_cap)
         self.A, self.B, self.C, self.d = matrices_of(system)
         given, wanted = len(laws.pieces), self.B.shape[1]
@@ -295,7 +215,7 @@ class Flow:
             raise InputError(f"springs: {given} for a system with {wanted} outputs")
         self.channels = channels_of(self.A, self.B, self.C, self.d, laws.springs, laws.pieces)
         if self.channels.pieces is not laws.pieces:
-            laws = _assembled(laws.springs, self.channels.pieces)
+            laws = assembled(laws.springs, self.channels.pieces)
             self.B, self.C = self.channels.B, self.channels.C
         self.springs, self.pieces, self.memory, self.held = laws[:4]
         self.sliders = laws.sliders

@@ -336,5 +336,6 @@ def one_sided(flow: Flow, motion: Motion) -> float:
     others = float(np.sum(np.abs(np.delete(parts, slowest))))
     low, high = motion.window[0, 0], motion.window[0, 1]
     room, edge = (high - rest, rest - low) if lead > 0.0 else (rest - low, high - rest)
-    stays = abs(lead) + others < room and abs(lead) > others and edge >= -1e-9 * abs(high - low)
+    size = max((abs(v) for v in (low, high) if np.isfinite(v)), default=0.0)  # an edge may be far
+    stays = abs(lead) + others < room and abs(lead) > others and edge >= -1e-9 * size
     return rest if stays else np.nan

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from aeroflutter.analysis import analysis
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_point
+from aeroflutter.model.absorbed import reduced
 from aeroflutter.model.family import FixedModel
-from aeroflutter.model.lure import AnyFamily, FixedFamily, as_lure, reduced
+from aeroflutter.model.lure import AnyFamily, FixedFamily, as_lure
 from aeroflutter.orbits.cycles.assemble import Family, assemble
 from aeroflutter.orbits.cycles.centre import centre
 from aeroflutter.orbits.cycles.follow import (

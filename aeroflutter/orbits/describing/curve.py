@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from aeroflutter.analysis import analysis
 from aeroflutter.errors import InputError
 from aeroflutter.linear.rootlocus import RootLocusOptions, flutter_point
+from aeroflutter.model.absorbed import reduced
 from aeroflutter.model.lure import (
     AnyFamily,
     FixedFamily,
     LureFamily,
     as_family,
     as_lure,
-    reduced,
 )
 from aeroflutter.motion.swings import Swing
 from aeroflutter.orbits.describing.balance import AMPLITUDE, Balance
