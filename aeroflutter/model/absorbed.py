@@ -17,11 +17,11 @@ from aeroflutter.model.system import System
 if TYPE_CHECKING:
     from aeroflutter.springs import Spring
 
-__all__ = ["Absorbed", "reduced"]
+__all__ = ["reduced"]
 
 
 @dataclass(frozen=True, eq=False)
-class Absorbed:
+class _Absorbed:
     """A family some of whose springs are linear, and part of its systems."""
 
     family: Family
@@ -85,4 +85,4 @@ def reduced(family: AnyFamily, springs: Sequence[Spring]) -> tuple[AnyFamily, tu
     if not linear:
         return family, tuple(springs)
     kept = tuple(one for i, one in enumerate(springs) if i not in linear)
-    return Absorbed(as_family(family), linear), kept
+    return _Absorbed(as_family(family), linear), kept
