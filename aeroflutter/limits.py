@@ -18,7 +18,7 @@ LIMITS: dict[str, int] = {
     "bytes": 1 << 28,  # of a file that is read
     "cells": 100_000_000,  # of a map: five gigabytes of results
     "cycles": 100_000_000,  # of a motion whose exponents are measured
-    "harmonics": 2_000,
+    "harmonics": 4_096,  # the matrix of twice as many is half a gigabyte
     "members": 1_000,  # of a family of cases
     "numbers": 10_000_000,  # of a list A:B:N
     "samples": 10_000_000,  # of a sweep

@@ -56,11 +56,11 @@ def committed(store: Path) -> int:
 
 def children(process: subprocess.Popen[str]) -> list[int]:
     """Processes started by a process, worker processes among them."""
-    return [
-        int(pid)
-        for task in Path(f"/proc/{process.pid}/task").iterdir()
-        for pid in (task / "children").read_text().split()
-    ]
+    found = []
+    for task in Path(f"/proc/{process.pid}/task").iterdir():
+        with contextlib.suppress(OSError):  # threads come and go
+            found += [int(pid) for pid in (task / "children").read_text().split()]
+    return found
 
 
 def workers(process: subprocess.Popen[str]) -> list[int]:

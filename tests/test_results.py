@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from aeroflutter.case import Case, load_case
 from aeroflutter.errors import InputError
 from aeroflutter.guarantees import guarantees
+from aeroflutter.guarantees.chart import friction_chart
 from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
 from aeroflutter.guarantees.onset import onset
 from aeroflutter.linear.pk import PKOptions, pk_method
@@ -144,6 +145,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "LimitCycles": lambda: limit_cycles(case().family(), case().spring, OPTIONS),
     "CyclesAt": lambda: cycles_at(case().family(), case().spring, 0.95 * U_L, OPTIONS),
     "Tolerance": lambda: tolerance(case().family(), case().spring, 0.95, 0.02, OPTIONS),
+    "Chart": lambda: friction_chart(case().family(), case().spring, [0.9 * U_L, 0.95 * U_L]),
     "Onset": lambda: onset(load_case("run100").family(), load_case("run100").spring, any_load=True),
     "Response": response,
     "Run": run,
@@ -171,6 +173,7 @@ def test_every_result_that_can_be_encoded_is_tested_here() -> None:
 
 PREFIXES = {  # of the variables that hold a list of records; facts have none
     "branch": "",
+    "chart": "",
     "bifurcations": "bifurcation_",
     "families": "family_",
     "crossings": "crossing_",

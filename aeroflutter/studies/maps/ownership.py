@@ -16,7 +16,6 @@ import re
 import time
 import uuid
 from collections.abc import Collection, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +41,6 @@ MARK = "aeroflutter_study"  # attribute by which a store is known to be one of o
 COPY = "blocks"  # the group that holds it once more
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 ABANDONED = 3600.0  # seconds after which half a store is nobody's any more
-HELPERS = 8  # files made safe side by side: the disk joins such requests
 
 _METADATA = "zarr.json"
 _PART = re.compile(r"\.aeroflutter-[0-9a-f]{32}\.part")
@@ -215,17 +213,13 @@ def still_there(path: Path, lock: int) -> None:
 
 def synced(paths: Iterable[Path]) -> None:
     """Have files, and entries of folders, reach the disk itself; what is not there is left out."""
-    with ThreadPoolExecutor(HELPERS) as helpers:
-        list(helpers.map(_sync, paths))
-
-
-def _sync(path: Path) -> None:
-    with contextlib.suppress(FileNotFoundError):
-        descriptor = os.open(path, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    for path in paths:
+        with contextlib.suppress(FileNotFoundError):
+            descriptor = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
 
 
 @contextlib.contextmanager
