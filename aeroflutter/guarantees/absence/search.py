@@ -160,17 +160,21 @@ class Multipliers:
 
     def passive(self, systems: Sequence[LureSystem], lam: float) -> bool:
         """Whether the condition holds without terms, as sampled."""
-        points = self.points(systems)
+        points = self.points(systems, delays=False)
         return bool((points.p + lam * points.q).max() < 0.0)
 
-    def points(self, systems: Sequence[LureSystem]) -> Points:
-        """Frequencies up to where λ alone decides, dense enough for the longest time."""
-        longest = longest_time(systems, self.spring)
+    def points(self, systems: Sequence[LureSystem], *, delays: bool = True) -> Points:
+        """Frequencies up to where λ alone decides, dense enough for the longest time.
+
+        Without delays what varies is the response alone, around its resonances.
+        """
+        longest = longest_time(systems, self.spring) if delays else 0.0
         roots = np.concatenate([np.linalg.eigvals(_stiff(one, self.spring)) for one in systems])
         roots = roots[roots.imag > 0.0]
         around = roots.imag[:, None] + roots.real[:, None] * np.sinh(np.linspace(-6.0, 6.0, 100))
         end = max(6.0 * roots.imag.max(initial=0.1), self.reach)
-        roots_of = np.arange(1, int(2.0 * longest * end**0.5 / _STEP) + 2) * (_STEP / longest / 2.0)
+        step = _STEP / longest / 2.0 if delays else end**0.5
+        roots_of = np.arange(1, int(end**0.5 / step) + 2) * step
         omega = np.concatenate(
             (
                 self.seen,
