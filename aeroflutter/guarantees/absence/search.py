@@ -171,7 +171,8 @@ class Multipliers:
         longest = longest_time(systems, self.spring) if delays else 0.0
         roots = np.concatenate([np.linalg.eigvals(_stiff(one, self.spring)) for one in systems])
         roots = roots[roots.imag > 0.0]
-        around = roots.imag[:, None] + roots.real[:, None] * np.sinh(np.linspace(-6.0, 6.0, 100))
+        widths = np.sinh(np.linspace(-6.0, 6.0, 100 if delays else 1000))
+        around = roots.imag[:, None] + roots.real[:, None] * widths
         end = max(6.0 * roots.imag.max(initial=0.1), self.reach)
         step = _STEP / longest / 2.0 if delays else end**0.5
         roots_of = np.arange(1, int(end**0.5 / step) + 2) * step
@@ -180,7 +181,7 @@ class Multipliers:
                 self.seen,
                 roots_of**2,
                 np.abs(around.ravel()),
-                end * np.geomspace(1e-7, 1.0, 300),
+                end * np.geomspace(1e-7, 1.0, 300 if delays else 3000),
                 end * np.geomspace(1.0, 1e3, 60),
             )
         )
