@@ -19,10 +19,13 @@ from aeroflutter import (
 from aeroflutter.case import load_case
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.aerodynamics import QuasiSteady
+from aeroflutter.model.system import System
 from aeroflutter.motion.basins import Loop, absolutely_stable
 from aeroflutter.motion.endstates import EndOptions, end_state, end_states
 from aeroflutter.motion.evidence import GROUP, Envelope
 from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.judge import one_sided
+from aeroflutter.motion.march import March
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
 from aeroflutter.studies.maps.columns import decide_cells
 
@@ -273,3 +276,14 @@ def test_houbolt_says_when_its_step_damps_by_itself():
     assert "dt = 0.1 damps the fastest oscillation" in end.reason
     fine = simulate(at(SECTION, 0.9), Linear(), Initial(alpha=0.05), coarse)
     assert "dt" not in fine.reason
+
+
+@pytest.mark.parametrize(("load", "rest"), [(0.1, 1.1), (-0.1, np.nan)])
+def test_who_creeps_towards_a_rest_beyond_an_edge_is_not_at_rest(load: float, rest: float) -> None:
+    """y' = -F(y) + load from y = 3: the line y - 1 that ends at 1 has its rest at 1 + load."""
+    one = np.eye(1)
+    flow = Flow(System(0.0 * one, one, one, np.array([load])), [Freeplay(2.0)])
+    march = March(flow, flow.start([3.0]))
+    march.run(0.1)
+    assert march.motion.window[0, 1] == np.inf
+    assert one_sided(flow, march.motion) == pytest.approx(rest, nan_ok=True)
