@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mangled import VALID, mangled_bytes
 
 from aeroflutter.case import schema
-from aeroflutter.case.case import Case, builtin_names, load_case
+from aeroflutter.case.case import Case, ModelMotion, builtin_names, load_case
 from aeroflutter.case.source import parse_override
 from aeroflutter.case.template import template
 from aeroflutter.errors import InputError
@@ -162,6 +162,30 @@ def test_initial_motion_is_in_radians_and_semichords() -> None:
     keys = "[initial]\nalpha_deg = -2\nalpha_rate_deg = 0.5\nxi = 0.1\nxi_rate = -0.2"
     initial = load_case(tomllib.loads(SECTION + keys)).initial
     assert initial == pytest.approx((-2 * DEGREE, 0.5 * DEGREE, 0.1, -0.2))
+
+
+def test_initial_motion_by_states_and_memories() -> None:
+    """A state says all; memories are one a spring that remembers, in the order of the springs."""
+    loop = 'kind = "hysteresis"\ndelta_v_deg = 1\ndelta_h_deg = 2'
+    springs = f'[[spring]]\nkind = "cubic"\nbeta3 = 3\nat = "heave"\n[[spring]]\n{loop}\n[initial]\n'
+    held = load_case(tomllib.loads(f"{SECTION}{springs}alpha_deg = 1\nmemory = [0.004]"))
+    assert held.initial.memory == (0.0, 0.004)
+    assert held.initial.alpha == DEGREE
+    states = [0.1, 0.02, 0.0, 0.0, 0.0, -0.01]
+    whole = load_case(tomllib.loads(f"{SECTION}{springs}state = {states}"))
+    assert whole.initial == ModelMotion(tuple(states))
+    assert whole.displaced(0.3).state == (0.1, 0.3, 0.0, 0.0, 0.0, -0.01)
+    assert held.replace("initial.state", states).initial == ModelMotion(tuple(states), (0.0, 0.004))
+    for case in (held, whole):
+        assert load_case(tomllib.loads(case.text)) == case
+    with pytest.raises(InputError) as caught:
+        load_case(tomllib.loads(f"{SECTION}{springs}alpha_deg = 1\nstate = [0]\nmemory = [0, 0]"))
+    assert [problem.partition(" ")[2] for problem in caught.value.problems] == [
+        "initial.state: needs 6 numbers, one a state (xi, alpha, xi_rate, alpha_rate, z1, z2), "
+        "not 1",
+        "initial.alpha_deg: excludes initial.state; remove one",
+        "initial.memory: needs 1 numbers, one a spring that remembers (pitch), not 2",
+    ]
 
 
 def test_aerodynamics() -> None:

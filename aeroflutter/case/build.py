@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from aeroflutter.case.engineering import SECTION, SECTION_SI, Rule, clashes, con
 from aeroflutter.case.flaps import build_flap
 from aeroflutter.case.imported import Imported, build_model
 from aeroflutter.case.model_keys import ModelInitial
-from aeroflutter.case.placed import PlacedSpring, build_springs, places
+from aeroflutter.case.placed import PlacedSpring, build_springs, outputs, places, remembers
 from aeroflutter.errors import InputError
 from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
 from aeroflutter.model.lure import SectionFamily
@@ -77,6 +77,11 @@ def build(given: Mapping[str, Any], folder: Path) -> Built:
     if problems or section is None or aerodynamics is None:
         raise InputError(problems)
     _refuse_overflow(section, aerodynamics)
+    states = SectionFamily(section, aerodynamics).state_names
+    if problems := _initial_problems(given.get("initial", {}), states, placed.springs):
+        raise InputError(problems)
+    if "state" in initial.values:  # what the defaults say of pitch and heave is no second statement
+        initial.values = _only(initial.values, schema.Start.model_fields)
     tables = {
         "title": title,
         "section": section_values,
@@ -102,7 +107,8 @@ def _with_model(given: Mapping[str, Any], title: Any, problems: list[str], folde
         raise InputError(problems)
     known = built.model.places
     placed = build_springs(_placed_somewhere(given.get("spring"), known), known)
-    problems += placed.problems + _initial_problems(initial.values, built.model, placed.springs)
+    states = built.model.family.state_names
+    problems += placed.problems + _initial_problems(initial.values, states, placed.springs)
     if problems:
         raise InputError(problems)
     tables = {
@@ -127,18 +133,25 @@ def _placed_somewhere(given: Any, known: Mapping[str, str]) -> Any:
 
 
 def _initial_problems(
-    initial: Mapping[str, Any], model: Imported, springs: tuple[PlacedSpring, ...]
+    given: Mapping[str, Any], states: Sequence[str], springs: tuple[PlacedSpring, ...]
 ) -> list[str]:
     problems = []
-    state, memory = initial.get("state"), initial.get("memory")
-    order = len(model.family.state_names)
-    if state is not None and len(state) != order:
-        problems.append(f"initial.state: needs {order} numbers, one a state, not {len(state)}")
-    if state is not None and "alpha_deg" in initial:
-        problems.append("initial.alpha_deg: excludes initial.state; remove one")
-    count = max(1, sum(one.spring.kind != "linear" for one in springs))
-    if memory is not None and len(memory) != count:
-        problems.append(f"initial.memory: needs {count} numbers, one a spring, not {len(memory)}")
+    state, memory = given.get("state"), given.get("memory")
+    if state is not None:
+        if len(state) != len(states):
+            problems.append(
+                f"initial.state: needs {len(states)} numbers, one a state ({', '.join(states)}), "
+                f"not {len(state)}"
+            )
+        motion = [name for name in given if name not in schema.Start.model_fields]
+        problems += [f"initial.{name}: excludes initial.state; remove one" for name in motion]
+    own = [item.at for item in outputs(springs) if remembers(item.spring)]
+    if memory is not None and len(memory) != len(own):
+        which = ", ".join(own) or "none here"
+        problems.append(
+            f"initial.memory: needs {len(own)} numbers, one a spring that remembers ({which}), "
+            f"not {len(memory)}"
+        )
     return problems
 
 

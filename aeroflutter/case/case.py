@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from aeroflutter.case.placed import outputs, remembers
 from aeroflutter.case.source import (
     apply_overrides,
     builtin_names,
@@ -50,8 +51,8 @@ class InitialMotion(NamedTuple):
     xi_rate: float = 0.0
 
 
-class FlapMotion(NamedTuple):
-    """The same of a section with a flap: flap angle (rad) and its rate as well."""
+class SectionMotion(NamedTuple):
+    """The same with more to say: flap angle (rad) and its rate, memories of the springs."""
 
     alpha: float
     alpha_rate: float = 0.0
@@ -59,10 +60,11 @@ class FlapMotion(NamedTuple):
     xi_rate: float = 0.0
     beta: float = 0.0
     beta_rate: float = 0.0
+    memory: tuple[float, ...] | None = None
 
 
 class ModelMotion(NamedTuple):
-    """Motion of a model at time 0: all states, and the memories of its springs if they are given.
+    """Motion at time 0 by all states, and the memories of the springs if they are given.
 
     What is displaced is in the states, so `alpha` is none of its own.
     """
@@ -91,7 +93,7 @@ class Case:
         or semi-chords.
     springs : tuple of PlacedSpring
         All that the file names, with their coordinates; any other coordinate is linear.
-    initial : InitialMotion, FlapMotion or ModelMotion
+    initial : InitialMotion, SectionMotion or ModelMotion
         In radians and semi-chords.
     text : str
         The case as TOML with every key, changes included; :func:`load_case` of it gives an
@@ -103,7 +105,7 @@ class Case:
     title: str
     spring: Spring
     springs: tuple[PlacedSpring, ...]
-    initial: InitialMotion | FlapMotion | ModelMotion
+    initial: InitialMotion | SectionMotion | ModelMotion
     text: str
     source: str
     imported: Imported | None = None
@@ -240,7 +242,7 @@ class Case:
         """
         return build_case(parse_case(self.text, self.source), self.source, overrides)
 
-    def displaced(self, alpha: float) -> InitialMotion | FlapMotion | ModelMotion:
+    def displaced(self, alpha: float) -> InitialMotion | SectionMotion | ModelMotion:
         """The initial motion with another pitch, or displacement of the first spring of a model.
 
         Parameters
@@ -248,20 +250,19 @@ class Case:
         alpha : float
             In radians, or in the unit of that spring.
         """
-        if isinstance(self.initial, ModelMotion):
+        if not isinstance(self.initial, ModelMotion):
+            return self.initial._replace(alpha=alpha)
+        if self.imported is not None:
             return self.initial._replace(state=displaced_state(self.model(), alpha))
-        return self.initial._replace(alpha=alpha)
+        pitch = self.model().state_names.index("alpha")
+        state = (*self.initial.state[:pitch], alpha, *self.initial.state[pitch + 1 :])
+        return self.initial._replace(state=state)
 
 
 def displaced_state(family: Family, alpha: float) -> tuple[float, ...]:
     """The smallest state in which the first output is `alpha` and nothing moves."""
     row = family.stack(family.search_range[0])[2][0]
     return tuple(float(value) for value in alpha * row / float(row @ row))
-
-
-def outputs(springs: Sequence[PlacedSpring]) -> list[PlacedSpring]:
-    """The springs that stand outside of the linear system: those that are not linear, or one."""
-    return [item for item in springs if item.spring.kind != "linear"] or list(springs[:1])
 
 
 def load_case(
@@ -330,17 +331,26 @@ def build_case(
     return dataclasses.replace(made, initial=moved)
 
 
-def _initial(built: Built) -> InitialMotion | FlapMotion | ModelMotion:
-    if built.model is not None:
-        memory = built.initial.get("memory")
-        return ModelMotion(
-            tuple(built.initial.get("state", ())), None if memory is None else tuple(memory)
-        )
+def _initial(built: Built) -> InitialMotion | SectionMotion | ModelMotion:
+    said = dict(built.initial)
+    memory = _memories(said.pop("memory", None), built.springs)
+    if built.model is not None or "state" in said:
+        return ModelMotion(tuple(said.get("state", ())), memory)
+    values = {
+        name.removesuffix("_deg"): math.radians(value) if name.endswith("_deg") else value
+        for name, value in said.items()
+    }
     assert built.section is not None  # there is one or the other
-    kind = InitialMotion if built.section.flap is None else FlapMotion
-    return kind(
-        **{
-            name.removesuffix("_deg"): math.radians(value) if name.endswith("_deg") else value
-            for name, value in built.initial.items()
-        }
-    )
+    if built.section.flap is None and memory is None:
+        return InitialMotion(**values)
+    return SectionMotion(**values, memory=memory)
+
+
+def _memories(
+    given: Sequence[float] | None, springs: Sequence[PlacedSpring]
+) -> tuple[float, ...] | None:
+    """One number a spring of the loop; the file has one a spring that remembers."""
+    if given is None:
+        return None
+    rest = iter(given)
+    return tuple(next(rest) if remembers(one.spring) else 0.0 for one in outputs(springs))

@@ -10,6 +10,8 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from aeroflutter.case.schema import FlapInitial, Start
+
 __all__ = ["SECTION", "SECTION_SI", "SPRINGS", "Conversion", "Rule", "convert", "converted"]
 
 AXIS = -0.5  # of a section that gives none
@@ -138,6 +140,8 @@ def _of_table(
 
 def displaced(path: str) -> set[str]:
     """Keys that say in other words what a key says, and give way where it is set."""
+    if path == "initial.state":
+        return set(FlapInitial.model_fields) - set(Start.model_fields)
     table, _, last = path.partition(".")
     key = last.rpartition(".")[2]
     suffix = "_deg" if table == "spring" and key.endswith("_deg") else ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from aeroflutter.case.schema import NUMBER, NUMBERS, POSITIVE, Number, Table, key
+from aeroflutter.case.schema import NUMBER, NUMBERS, POSITIVE, Number, Start, Table, key
 
 __all__ = ["INITIAL", "MODELS", "ModalKeys", "ModelInitial", "StateSpaceKeys"]
 
@@ -65,14 +65,12 @@ class ModalKeys(Table):
     speed_range: Any = _RANGE
 
 
-class ModelInitial(Table):
+class ModelInitial(Start):
     """`[initial]` of a model."""
 
     alpha_deg: Number | None = key(
         NUMBER, "displacement of the first spring, degrees where it is an angle", None
     )
-    state: list[Number] | None = key("a list of numbers, one a state", "or: all states", None)
-    memory: list[Number] | None = key("a list of numbers, one a spring", "of springs", None)
 
 
 MODELS: dict[str, type[Table]] = {"state-space": StateSpaceKeys, "modal": ModalKeys}

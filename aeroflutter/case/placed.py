@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ from aeroflutter.case.check import CheckedTable, check_variant, show
 from aeroflutter.case.engineering import clashes, convert, named, spring_rules
 from aeroflutter.model.equations import COORDINATES
 
-__all__ = ["PlacedSpring", "PlacedSprings", "build_springs", "places"]
+__all__ = ["PlacedSpring", "PlacedSprings", "build_springs", "outputs", "places", "remembers"]
 
 SPRINGS: dict[str, Callable[..., springs.Spring]] = {
     "linear": springs.Linear,
@@ -52,6 +52,17 @@ class PlacedSprings:
     springs: tuple[PlacedSpring, ...]
     values: dict[str, Any] | list[dict[str, Any]]
     problems: list[str]
+
+
+def outputs(springs: Sequence[PlacedSpring]) -> list[PlacedSpring]:
+    """The springs that stand outside of the linear system: those that are not linear, or one."""
+    return [item for item in springs if item.spring.kind != "linear"] or list(springs[:1])
+
+
+def remembers(spring: springs.Spring) -> bool:
+    """Whether a motion depends on what has become of the spring before."""
+    table = spring.piece_table()
+    return table is not None and table.remembers
 
 
 def places(*, with_flap: bool) -> dict[str, str]:

@@ -318,7 +318,21 @@ class FrictionKeys(Table):
     beta1: Number = key(NUMBER, "slope of the spring beside it", 1.0)
 
 
-class Initial(Table):
+class Start(Table):
+    """`[initial]`: what may stand there for any model."""
+
+    state: list[Number] | None = key(
+        "a list of numbers, one a state",
+        "in place of all above: every state (rad, semi-chords)",
+        None,
+        "[0.1, 0.0]",
+    )
+    memory: list[Number] | None = key(
+        "a list of numbers, one a spring that remembers", "of the springs (rad)", None, "[0.01]"
+    )
+
+
+class Initial(Start):
     """`[initial]`: the motion at tau = 0."""
 
     alpha_deg: Number = key(NUMBER, "pitch, degrees", 6.0)

@@ -41,8 +41,9 @@ def template(kind: str = "hysteresis", *, dimensional: bool = False) -> str:
             *_springs(kind),
             "",
             f"[initial]{'':<{_WIDTH - 9}}# the motion at tau = 0",
-            *_keys(schema.Initial),
+            *_keys(schema.Initial, leave=schema.Start.model_fields),
             *(f"# {line}" for line in _keys(schema.FlapInitial, leave=schema.Initial.model_fields)),
+            *(f"# {line}" for line in _keys(schema.Start)),
             "",
         ]
     )

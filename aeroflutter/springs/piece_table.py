@@ -180,6 +180,11 @@ class PieceTable:
         return float(self.rows[0, SLOPE]), float(self.rows[-1, SLOPE])
 
     @property
+    def remembers(self) -> bool:
+        """Whether a motion depends on more than its state: on h, or on the side of a relay."""
+        return self.memory or bool(np.any(self.rows[:, BRANCH]))
+
+    @property
     def jumps(self) -> bool:
         """Whether F jumps."""
         return bool(np.any(self.rows[:, JUMPS]))
