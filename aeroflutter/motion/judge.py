@@ -33,6 +33,8 @@ CONTRACTS = 100  # a reason that only the caller of the kernel finds
 EXACT = 1e-9  # relative distance of two returns of a motion that is a cycle
 NOTHING = 1e-9  # height of a loop that is nothing to the spring, over the least distance of edges
 LEAST = 1e-12  # the same over the size of the law, for round-off
+BESIDE = 0.3  # relative distance from a known cycle at which a motion is expected to go to it
+CLEAR = 1e-3  # relative distance of two returns at which another cycle may be just beside it
 MOST = 4000  # maxima over which an exponent is measured
 
 
@@ -151,8 +153,11 @@ class Settling:
         """A motion has nearly closed."""
         memo, times = self.past.memo, self.past.times
         k, lag = int(memo[kernel.MAXIMUM]), int(memo[kernel.BEHIND])
-        found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
         miss = 4.0 * self.past.clock[kernel.TRIES]
+        if self.share and miss > CLEAR and self._beside_known(k):
+            memo[kernel.PHASE] = kernel.COUNTING
+            return
+        found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
         if found == closing.ATTRACTS:
             place = int(memo[kernel.COUNT])
             self.cycles.reach[place] = reach_of(self.flow, self.cycles, place)
@@ -160,6 +165,17 @@ class Settling:
         elif found == closing.INDIFFERENT and miss < EXACT:
             self._measure()
             self._end(codes.NEITHER, codes.NEUTRAL)
+
+    def _beside_known(self, k: int) -> bool:
+        """Whether the last returns pass by a shared cycle: going on is cheaper than Newton."""
+        cycles, points = self.cycles, self.past.points
+        for j in range(int(self.past.memo[kernel.COUNT])):
+            loops = int(cycles.loops[j])
+            rows = np.arange(max(k - loops + 1, 0), k + 1) % RING
+            apart = np.max(np.abs(points[rows] - cycles.z[j]) / cycles.size[j], axis=1)
+            if not cycles.free[j] and np.min(apart) < BESIDE:
+                return True
+        return False
 
     def _beside(self) -> None:
         """A motion goes to a member of a continuum of cycles: take the one at hand."""

@@ -142,7 +142,7 @@ def build(
         Derivative of the generators with respect to a parameter, (k, n, n+q).
     """
     k, n, width = generator.shape
-    m, size = C.shape[-2], n * width
+    m = C.shape[-2]
     convert = _conversions()
     weights = _weights(generator)
     norm = np.max(np.sum((np.abs(generator) * weights)[..., :n], axis=2), axis=1)
@@ -150,28 +150,36 @@ def build(
     powers = _powers(generator, d_generator, unit)
     step = np.minimum(_stretch(powers[:, :n], weights) * unit, cap)
     step[norm == 0.0] = cap if np.isfinite(cap) else 1.0
-    factors = convert.reciprocal * (step / unit)[:, None] ** np.arange(ORDER + 1)
-    terms = np.empty((k, ORDER + 1, powers.shape[1], width))
-    np.multiply(np.swapaxes(powers, 1, 2), factors[:, :, None, None], out=terms)
-    rows = terms.reshape(k, ORDER + 1, -1)
-    flow = _economised(rows[..., :size], convert.to_power)
+    factors = convert.reciprocal * ((step / unit)[:, None] ** np.arange(ORDER, -1, -1))
     outputs = (C[..., :n] @ powers[:, :n].reshape(k, n, -1)).reshape(k, m, ORDER + 1, width)
     if C.ndim == 3:
-        outputs[:, :, 0, n:] += C[..., n:]
+        outputs[:, :, -1, n:] += C[..., n:]
     both = convert.to_both @ (outputs * factors[:, None, :, None])
+    powers *= factors[:, None, :, None]
+    economised = np.empty((k, powers.shape[1], WIDTH + 1, width))
+    np.matmul(convert.to_power, powers, out=economised[:, :, :WIDTH])
+    np.sum(powers, axis=2, out=economised[:, :, WIDTH])  # the smallest terms come first
+    flow, d_flow = (_by_coefficient(part) for part in (economised[:, :n], economised[:, n:]))
     lines = np.zeros((k, padded(width), 2 * m * SPACE + padded(n)))
     lines[:, :width, : 2 * m * SPACE] = np.swapaxes(both.reshape(k, -1, width), 1, 2)
     ends = np.swapaxes(flow[:, WIDTH].reshape(k, n, width), 1, 2)
     lines[:, :width, 2 * m * SPACE : 2 * m * SPACE + n] = ends
-    d_flow = np.empty((k, 0, 0))
-    if d_generator is not None:
-        d_flow = _economised(rows[..., size:], convert.to_power)
+    if d_generator is None:
+        d_flow = np.empty((k, 0, 0))
     noise = np.max(np.abs(both[:, :, :WIDTH]), axis=2)
     return StepTables(step, lines, flow, np.ascontiguousarray(generator), d_flow, noise)
 
 
+def _by_coefficient(rows: Array) -> Array:
+    """Coefficients of each row of a matrix (k, n, w+1, n+q) as (k, w+1, n (n+q))."""
+    k, n, count, width = rows.shape
+    return np.swapaxes(rows, 1, 2).reshape(k, count, n * width)
+
+
 class _Conversions(NamedTuple):
     """What economises Taylor terms j <= ORDER: rows of coefficients, columns of terms.
+
+    The last term comes first, the smallest, as in every sum over them.
 
     Attributes
     ----------
@@ -205,11 +213,11 @@ def _conversions() -> _Conversions:
     terms = reciprocal[:, None] * STRETCHES ** orders[:, None]
     lost = dropped + 8.0 * (orders == ORDER)
     return _Conversions(
-        to_both.reshape(2 * SPACE, -1),
-        to_power,
-        reciprocal,
-        lost[:, None] * terms / ROUND_OFF,
-        terms[:LEADING],
+        np.ascontiguousarray(to_both.reshape(2 * SPACE, -1)[:, ::-1]),
+        np.ascontiguousarray(to_power[:, ::-1]),
+        reciprocal[::-1],
+        (lost[:, None] * terms / ROUND_OFF)[::-1],
+        terms[:LEADING][::-1],
     )
 
 
@@ -224,26 +232,28 @@ def _weights(generator: Array) -> Array:
 
 
 def _powers(generator: Array, d_generator: Array | None, unit: Array) -> Array:
-    """Powers A^(j-1) [A, B] of generators times `unit`, from [I, 0] on, (k, r, ORDER+1, n+q).
+    """Powers A^(j-1) [A, B] of generators times `unit`, the last first, (k, r, ORDER+1, n+q).
 
-    The r rows are those of the states and, behind them, of their derivatives: those of
-    [[A, 0], [dA, A]]. Each pass doubles the number of powers.
+    They end with [I, 0]. The r rows are those of the states and, behind them, of their derivatives:
+    those of [[A, 0], [dA, A]]. Each pass doubles the number of powers.
     """
     k, n, width = generator.shape
     r = n if d_generator is None else 2 * n
-    powers = np.zeros((k, r, (ORDER + 1) * width))
-    powers[:, np.arange(n), np.arange(n)] = 1.0
-    np.multiply(generator, unit[:, None, None], out=powers[:, :n, width : 2 * width])
+    powers = np.empty((k, r, (ORDER + 1) * width))
+    powers[:, :, -width:] = np.eye(r, width)
+    powers[:, n:, -width:] = 0.0
+    first = powers[:, :, -2 * width : -width]
+    np.multiply(generator, unit[:, None, None], out=first[:, :n])
     if d_generator is not None:
-        np.multiply(d_generator, unit[:, None, None], out=powers[:, n:, width : 2 * width])
+        np.multiply(d_generator, unit[:, None, None], out=first[:, n:])
     factor, done = np.zeros((k, r, r)), 1
     while done < ORDER:
-        last = powers[:, :, done * width : done * width + n]
+        after, more = (ORDER - done) * width, min(done, ORDER - done)
+        last = powers[:, :, after : after + n]
         factor[:, :, :n] = last
         factor[:, n:, r - n :] = last[:, : r - n]
-        more = min(done, ORDER - done)
-        known = powers[:, :, width : (1 + more) * width]
-        powers[:, :, (1 + done) * width : (1 + done + more) * width] = factor @ known
+        known = powers[:, :, -(1 + more) * width : -width]
+        powers[:, :, after - more * width : after] = factor @ known
         done += more
     return powers.reshape(k, r, ORDER + 1, width)
 
@@ -255,17 +265,11 @@ def _stretch(powers: Array, weights: Array) -> Array:
     proportion to what the inputs make of the states.
     """
     n, convert = powers.shape[1], _conversions()
-    sizes = np.max(np.abs(powers) * weights[:, :, None], axis=1)
+    scaled = np.abs(powers)
+    scaled *= weights[:, :, None]
+    sizes = np.max(scaled, axis=1)
     state, inputs = np.max(sizes[..., :n], axis=2), np.max(sizes[..., n:], axis=2, initial=0.0)
-    most = np.max(inputs[:, :LEADING, None] * convert.leading, axis=1)
+    most = np.max(inputs[:, -LEADING:, None] * convert.leading, axis=1)
     fits = (state @ convert.lost <= 1.0) & (inputs @ convert.lost <= most)
     fits[:, 0] = True
     return np.asarray(STRETCHES[STRETCHES.size - 1 - np.argmax(fits[:, ::-1], axis=1)])
-
-
-def _economised(rows: Array, to_power: Array) -> Array:
-    """Power coefficients of economised series (k, ORDER+1, s), and their sums at 1, (k, w+1, s)."""
-    found = np.empty((rows.shape[0], WIDTH + 1, rows.shape[2]))
-    np.matmul(to_power, rows, out=found[:, :WIDTH])
-    np.sum(rows[:, ::-1], axis=1, out=found[:, WIDTH])  # smallest terms first
-    return found

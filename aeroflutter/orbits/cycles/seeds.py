@@ -33,6 +33,8 @@ _SAMPLES = 256
 _WAVE = 4096  # of a motion that is known by its harmonics
 _SIZES = (0.3, 12.0)  # of motions that are simulated, in units of the spring's scale
 _PATIENCE = 200.0  # longest of them, in periods of linear flutter
+_UNJUDGED = 4096  # maxima, more than patience allows: what is aperiodic is of no use here
+_ALIKE = 1e-9  # relative difference of the measures of one cycle
 _SEEN = 1e-6  # least pitch of a mode of unit size that is started in
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and U/U_ref
 _NEWTON = 12  # iterations
@@ -160,13 +162,15 @@ def end_seeds(frame: Frame, speed: float, states: Array) -> Iterator[tuple[Array
         [one.initial_memory(at) for one, at in zip(loop.springs, y, strict=True)]
     )
     kept = np.concatenate((np.arange(loop.n), loop.n + loop.held))
-    options = EndOptions(cycles=200, patience=10, duration=_PATIENCE * frame.period)
+    options = EndOptions(cycles=_UNJUDGED, duration=_PATIENCE * frame.period)
     ends = end_states(flow, states, memory, options, share=True)
-    found = [ends.cycles, *_own(flow, states, memory, options, ends)]
-    for cycles in found:
-        for z, period, loops in zip(cycles.z, cycles.period, cycles.loops, strict=True):
-            if loops > 0:
-                yield z[kept], float(period)
+    seen: list[tuple[float, float]] = []
+    for cycles in (ends.cycles, *_own(flow, states, memory, options, ends)):
+        for j in np.flatnonzero(cycles.loops):
+            measures = float(cycles.period[j]), float(cycles.amplitude[j])
+            if not any(np.allclose(measures, other, rtol=_ALIKE, atol=0.0) for other in seen):
+                seen.append(measures)  # of mirror images, or one cycle from two maxima, one
+                yield cycles.z[j][kept], measures[0]
 
 
 def _own(
