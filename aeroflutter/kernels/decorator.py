@@ -37,6 +37,7 @@ def kernel(
     inner: bool = False,
     inline: Inline = "never",
     bare: bool = False,
+    apart: bool = False,
     patience: float = 0.0,
 ) -> Callable[[Function], Function]: ...
 def kernel(
@@ -48,6 +49,7 @@ def kernel(
     inner: bool = False,
     inline: Inline = "never",
     bare: bool = False,
+    apart: bool = False,
     patience: float = 0.0,
 ) -> Any:
     """Compile a function with numba when it is first called, and keep the machine code on disk.
@@ -75,12 +77,14 @@ def kernel(
     bare
         It makes no arrays, nor does what it calls: numba then spares it the counting of references,
         which takes longer than a short function works.
+    apart
+        Of an entry point: other kernels call its machine code, instead of taking it into their own.
     patience
         Of an entry point that does not repay compiling at once: see `Patient`.
 
     Returns
     -------
-    numba's dispatcher, a `Patient`, or a decorator where `function` is not given
+    numba's dispatcher, an `Apart`, a `Patient`, or a decorator where `function` is not given
 
     Raises
     ------
@@ -94,6 +98,8 @@ def kernel(
             ENTRIES[f"{decorated.__module__}.{decorated.__qualname__}"] = dispatcher
             if not others:
                 _bind(dispatcher)
+            if apart:
+                return _called_apart(dispatcher)
             return Patient(dispatcher, patience) if patience else dispatcher
         return dispatcher
 
@@ -146,6 +152,7 @@ def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline, ba
     from numba.core import config
     from numba.extending import register_jitable
 
+    from aeroflutter.kernels.libraries import DraftCompiler, EntryCompiler
     from aeroflutter.kernels.notice import listen
     from aeroflutter.kernels.store import KernelCache, is_kernel_module
 
@@ -165,10 +172,17 @@ def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline, ba
     if bare:
         options["_nrt"] = False
     if inner:
-        return register_jitable(**options)(function)
-    dispatcher: Any = njit(nogil=True, **options)(function)
+        return register_jitable(pipeline_class=DraftCompiler, **options)(function)
+    dispatcher: Any = njit(nogil=True, pipeline_class=EntryCompiler, **options)(function)
     dispatcher._cache = KernelCache(function)
     return dispatcher
+
+
+def _called_apart(dispatcher: Any) -> Any:
+    from aeroflutter.kernels.arrays import argument_types
+    from aeroflutter.kernels.libraries import Apart
+
+    return Apart(dispatcher, lambda: argument_types(dispatcher.py_func))
 
 
 def _bind(dispatcher: Any) -> None:

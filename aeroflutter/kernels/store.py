@@ -32,6 +32,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from aeroflutter.kernels.folders import claim, touch, user_folder
+from aeroflutter.kernels.libraries import needs, ready
 
 __all__ = ["KernelCache", "folder", "is_kernel_module", "sources", "state_hash"]
 
@@ -112,8 +113,8 @@ class KernelCache(_Cache):
             return None
         if _sealed(content[SEAL:]) != content:  # the disk lost some of it: it is made again
             return None
-        found, reduced = pickle.loads(content[SEAL:])
-        if found != key:
+        found, called, reduced = pickle.loads(content[SEAL:])
+        if found != key or not ready(called):
             return None
         touch(home)
         return CompileResult._rebuild(target_context, *reduced)
@@ -131,7 +132,7 @@ class KernelCache(_Cache):
         part = file.with_name(f"{file.name}.{uuid.uuid4().hex[:16]}.part")
         try:
             claim(home)
-            part.write_bytes(_sealed(dumps((key, data._reduce()))))
+            part.write_bytes(_sealed(dumps((key, needs(data.library), data._reduce()))))
             os.replace(part, file)
         except OSError as error:
             _warn(f"{home.parent}: {error.strerror or error}")

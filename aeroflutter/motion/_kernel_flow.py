@@ -338,7 +338,7 @@ def enter(system: System, motion: Motion) -> int:
     return system.lookup[place]
 
 
-@kernel(entry=True, bare=True)
+@kernel(entry=True, bare=True, apart=True)
 def march(
     system: System,
     motion: Motion,

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aeroflutter.motion import _kernel_cycle as closing
 from aeroflutter.motion import _kernel_ends as kernel
 from aeroflutter.motion import _kernel_proofs as codes
+from aeroflutter.motion._kernel_cycle import ATTRACTS, INDIFFERENT
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, RING, Cycles
 from aeroflutter.motion._kernel_flow import NOW, PLACE, TABLE, Motion
+from aeroflutter.motion.closing import Closing
 from aeroflutter.motion.evidence import PATIENT, Envelope, lossless
 from aeroflutter.motion.exponents import Exponents
 from aeroflutter.motion.march import workspace
@@ -76,7 +77,7 @@ class Settling:
             for part, source in zip(self.cycles, known, strict=True):
                 part[:before] = source
         self.motion = workspace(flow, reaches=True)
-        self.probe: tuple[Motion, Motion] | None = None
+        self.closing: Closing | None = None
         self.past = _history(flow, int(options.cycles))
         self.envelope, self._corner = Envelope(), np.nan
         self.past.memo[kernel.COUNT] = before
@@ -137,17 +138,11 @@ class Settling:
         """Newton's method from the last return; the cycle goes behind the known ones."""
         past = self.past
         place, k = int(past.memo[kernel.COUNT]), int(past.memo[kernel.MAXIMUM])
-        if self.probe is None:
-            m = past.size.size
-            self.probe = workspace(self.flow, np.zeros((m, m))), workspace(self.flow, reaches=True)
-        while True:
-            found = closing.find_cycle(
-                self.flow.arrays, *self.probe, past.points[k % RING], period, lag, past.size,
-                float(past.clock[kernel.SPAN]), self.cycles, place,
-            )  # fmt: skip
-            if found != closing.UNPREPARED:
-                return int(found)
-            self.flow.prepare(np.array([self.probe[0].memo[PLACE]]))
+        self.closing = self.closing or Closing(self.flow)
+        return self.closing.find(
+            past.points[k % RING], period, lag, past.size, float(past.clock[kernel.SPAN]),
+            self.cycles, place,
+        )  # fmt: skip
 
     def _close(self) -> None:
         """A motion has nearly closed."""
@@ -158,11 +153,11 @@ class Settling:
             memo[kernel.PHASE] = kernel.COUNTING
             return
         found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
-        if found == closing.ATTRACTS:
+        if found == ATTRACTS:
             place = int(memo[kernel.COUNT])
             self.cycles.reach[place] = reach_of(self.flow, self.cycles, place)
             memo[kernel.OWN], memo[kernel.PHASE] = 1, kernel.COUNTING
-        elif found == closing.INDIFFERENT and miss < EXACT:
+        elif found == INDIFFERENT and miss < EXACT:
             self._measure()
             self._end(codes.NEITHER, codes.NEUTRAL)
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.motion import _kernel_ends as ends
-from aeroflutter.motion._kernel_dense import contraction, slowest
 from aeroflutter.motion._kernel_flow import AT_SWITCH, LAST, STOPPED
 from aeroflutter.motion._kernel_proofs import LCO
 from aeroflutter.motion._kernel_roots import ABOVE
+from aeroflutter.motion.closing import Spectrum, contraction, section_map
 from aeroflutter.motion.endstates import EndOptions
 from aeroflutter.motion.flow import EVENTS, Flow, Point
 from aeroflutter.motion.judge import Settling
@@ -174,12 +174,12 @@ def aim(flow: Flow, cycles: ends.Cycles, j: int, targets: kernel.Targets) -> Non
     point = march.point()
     passage = flow.passage(np.append(point.x, point.memory[flow.held]), period)
     rate, size = flow.rate(point), cycles.size[j, :n]
-    along = flow.C[0] @ passage.jacobian[:n, :n] / (flow.C[0] @ rate)
-    Q = (passage.jacobian[:n, :n] - np.outer(rate, along)) * size / size[:, None]
+    Q = section_map(flow.C[0], passage.jacobian[:n, :n], rate, size)
     targets.point[j], targets.size[j], targets.Q[j] = point.x, size, Q
-    targets.rho[j] = contraction(targets.Q[j], float(cycles.radius[j]), targets.P[j])
-    values = np.linalg.eigvals(Q)
-    slowest(targets.Q[j], targets.P[j], complex(values[np.argmax(np.abs(values))]), targets.slow[j])
+    targets.rho[j], targets.P[j] = contraction(Q, float(cycles.radius[j]))
+    spectrum = Spectrum.of(Q)
+    leading = int(np.argmax(np.abs(spectrum.values)))
+    targets.slow[j] = spectrum.rows(leading, targets.P[j])
     targets.lag[j] = lag
     if cycles.radius[j] > SLOW:
         targets.reach[j] = _reach(flow, point, period, targets, j)

@@ -1,0 +1,235 @@
+"""Attracting cycles: closing a near return, and whether the cycle attracts.
+
+A point z = (x, h) on the section of maxima of the first output. The return map's derivative there
+is the monodromy matrix with the direction of the flow projected out along the section.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from aeroflutter.motion import _kernel_cycle as kernel
+from aeroflutter.motion._kernel_cycle import ATTRACTS, INDIFFERENT, NOTHING, UNPREPARED
+from aeroflutter.motion._kernel_ends import MOST_LOOPS, Cycles
+from aeroflutter.motion._kernel_flow import DONE, FULL, PLACE
+from aeroflutter.motion.march import March, workspace
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HELD
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from aeroflutter.motion.flow import Flow
+
+    Array = NDArray[np.float64]
+    Complex = NDArray[np.complex128]
+
+__all__ = ["Closing", "Spectrum", "contraction", "section_map"]
+
+RETURNS = 1e-7  # relative distance at which a part of a period is one
+CIRCLE = 1e-7  # distance of multipliers from the unit circle that is not told from zero
+CONTINUUM = 1e-5  # distance of a multiplier from one in a continuum of cycles
+ROWS = 64  # logs of one period, emptied as often as needed
+
+
+class Extent(NamedTuple):
+    """What y does over one period from a maximum.
+
+    Attributes
+    ----------
+    least, most
+        Its smallest and largest value.
+    maxima
+        How many there are.
+    inside
+        Whether there is a slider and none ever meets a stop.
+    """
+
+    least: float
+    most: float
+    maxima: int
+    inside: bool
+
+
+class Closing:
+    """Newton's method on one flow, with its work space."""
+
+    def __init__(self, flow: Flow) -> None:
+        k = flow.n + flow.m
+        self.flow = flow
+        self.probe = workspace(flow, np.zeros((k, k)))
+        self.room = kernel.Room(
+            np.zeros((k, k)), np.zeros(k), np.zeros(k), np.zeros((k + 1, k + 1)), np.zeros(k + 1),
+            np.zeros(k + 1), np.zeros(k + 1, dtype=np.int64), *(np.zeros(k) for _ in range(4)),
+        )  # fmt: skip
+
+    def find(
+        self, point: Array, period: float, lag: int, size: Array, span: float, cycles: Cycles,
+        place: int,
+    ) -> int:  # fmt: skip
+        """Close a near return into a cycle; enter it at a place of `cycles` if it attracts.
+
+        Parameters
+        ----------
+        point
+            (x, h) of the return, at a maximum of y, (n+m,).
+        period, lag
+            Time and number of maxima since the earlier return that it resembles.
+        size
+            Scale of each entry of `point`, (n+m,).
+        span
+            Height of the last loop.
+
+        Returns
+        -------
+        int
+            `ATTRACTS`, `INDIFFERENT` (a multiplier on the unit circle; its measures alone are
+            entered), or `NOTHING`.
+        """
+        z, unit = point.copy(), np.maximum(size, 1e-14 * np.max(size))
+        closed, period = self._smallest(z, period, lag, unit)
+        if not closed:
+            return NOTHING
+        extent = self._extent(z, period)
+        if not (extent.most - extent.least > 1e-6 * span and extent.maxima <= MOST_LOOPS):
+            return NOTHING
+        # Of the return map: the direction of the motion is not in it, and where a jump of F is at
+        # the section itself, it does not matter on which side of the section it counts.
+        Q = section_map(self.room.normal, self.room.monodromy, self.room.f, unit)
+        if not np.all(np.isfinite(Q)):
+            return NOTHING
+        spectrum = Spectrum.of(Q)
+        sizes, free = np.abs(spectrum.values), False
+        if extent.inside:
+            one = np.abs(spectrum.values - 1.0)
+            free = bool(np.min(one) < CONTINUUM)
+            sizes[np.argmin(one)] *= not free
+        leading = int(np.argmax(sizes))
+        radius = float(sizes[leading])
+        if not radius < 1.0 + CIRCLE:
+            return NOTHING
+        cycles.Q[place], cycles.z[place], cycles.size[place] = Q, z, unit
+        cycles.loops[place], cycles.free[place], cycles.period[place] = extent.maxima, free, period
+        cycles.amplitude[place] = 0.5 * (extent.most - extent.least)
+        cycles.bias[place], cycles.radius[place] = 0.5 * (extent.most + extent.least), radius
+        if not radius < 1.0 - CIRCLE:
+            return INDIFFERENT
+        if free:
+            cycles.rho[place] = 1.0
+            return ATTRACTS
+        cycles.rho[place], cycles.P[place] = contraction(Q, radius)
+        cycles.slow[place] = spectrum.rows(leading, cycles.P[place])
+        return ATTRACTS
+
+    def _smallest(self, z: Array, period: float, lag: int, unit: Array) -> tuple[bool, float]:
+        """Close a return, and the smallest part of its period that is one."""
+        closed, period = self._close(z, period, unit)
+        for part in range(1, lag if closed else 0):
+            if lag % part == 0 and self._comes_back(z, period * part / lag, unit):
+                return self._close(z, period * part / lag, unit)
+        return closed, period
+
+    def _close(self, z: Array, period: float, unit: Array) -> tuple[bool, float]:
+        start, status = z.copy(), UNPREPARED
+        while status == UNPREPARED:
+            z[:] = start
+            status, found = kernel.close(self.flow.arrays, self.probe, self.room, z, period, unit)
+            if status == UNPREPARED:
+                self.flow.prepare(np.array([self.probe.memo[PLACE]]))
+        return status == ATTRACTS, found
+
+    def _comes_back(self, z: Array, time: float, size: Array) -> bool:
+        """Whether z comes back to itself after a time."""
+        n, flow = self.flow.n, self.flow
+        march = March(flow, flow.begin(z[:n], z[n:]))
+        if march.run(time) != DONE:
+            return False
+        point = march.point()
+        end = np.append(point.x, point.memory)
+        return bool(np.all(np.abs(end - z) <= RETURNS * size))
+
+    def _extent(self, z: Array, period: float) -> Extent:
+        n, flow = self.flow.n, self.flow
+        start = flow.begin(z[:n], z[n:])
+        march = March(flow, start, events=ROWS, turns=ROWS)
+        first = flow.arrays.laws[:, 0]
+        slides = first[:, HELD] != 0.0
+        low, high = first[:, FLOOR], first[:, CEILING]
+        inside = bool(np.any(slides) and np.all(((low < z[n:]) & (z[n:] < high))[slides]))
+        least = most = float(flow.C[0] @ start.x)
+        maxima, status = 1, FULL
+        while status == FULL:
+            status = march.run(period)
+            turns, events = march.turns(), march.events()
+            march.empty()
+            least = min(least, float(np.min(turns[:, 1], initial=least)))
+            most = max(most, float(np.max(turns[:, 1], initial=most)))
+            between = (turns[:, 0] > 1e-9 * period) & (turns[:, 0] < (1.0 - 1e-9) * period)
+            maxima += int(np.sum(between & (turns[:, 2] > 0.0)))
+            spring = events[:, 5].astype(np.int64)
+            held = events[:, 3] - events[:, 4]
+            clear = (low[spring] < held) & (held < high[spring])
+            inside = inside and bool(np.all(clear | ~slides[spring]))
+        return Extent(least, most, maxima, inside)
+
+
+def section_map(normal: Array, monodromy: Array, f: Array, size: Array) -> Array:
+    """Derivative of the return map on a section of this normal, in units of `size`, (k, k)."""
+    along = (normal @ monodromy) / (normal @ f)
+    return np.asarray((monodromy - np.outer(f, along)) * size / size[:, None])
+
+
+class Spectrum(NamedTuple):
+    """Eigenvalues of a matrix, (k,), with left and right eigenvectors in columns, (k, k)."""
+
+    values: Complex
+    left: Complex
+    right: Complex
+
+    @classmethod
+    def of(cls, Q: Array) -> Spectrum:
+        """Of one that is small: LAPACK, without what numpy and scipy put around it."""
+        from scipy.linalg.lapack import dgeev
+
+        real, imaginary, left, right, _ = dgeev(Q)
+        values = real + 1j * imaginary
+        return cls(values, _columns(left, imaginary), _columns(right, imaginary))
+
+    def rows(self, place: int, P: Array) -> Array:
+        """Rows whose products with d are one coordinate of d, in lengths of norm P, (2, k).
+
+        Its real and its imaginary part.
+        """
+        value, left, right = self.values[place], self.left[:, place].conj(), self.right[:, place]
+        length, product = float(np.vdot(right, P @ right).real), left @ right
+        pair = 2.0 if abs(value.imag) > 1e-9 * abs(value) else 1.0
+        factor = pair * max(length, 0.0) ** 0.5 / product if product != 0.0 else 0.0
+        row = factor * left
+        return np.array([row.real, row.imag])
+
+
+def _columns(vectors: Array, imaginary: Array) -> Complex:
+    """LAPACK keeps real and imaginary part of the first of a pair side by side."""
+    columns = vectors.astype(complex)
+    for j in np.flatnonzero(imaginary > 0.0):
+        columns[:, j] = vectors[:, j] + 1j * vectors[:, j + 1]
+        columns[:, j + 1] = columns[:, j].conj()
+    return columns
+
+
+def contraction(Q: Array, radius: float) -> tuple[float, Array]:
+    """Norm in which a linear map Q of this spectral radius contracts by ρ, between it and 1.
+
+    Returns
+    -------
+    ρ, and P with Qᵀ P Q <= ρ² P: Σ (Q/ρ)ᵀᵏ (Q/ρ)ᵏ, summed by doubling.
+    """
+    rho, P = 0.5 * (1.0 + radius), np.eye(Q.shape[0])
+    power: Array = Q / rho
+    for _ in range(40):
+        P += power.T @ P @ power
+        power = power @ power
+        if np.all(np.abs(power) < 1e-12):
+            break
+    return rho, P
