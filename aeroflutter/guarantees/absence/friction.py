@@ -14,6 +14,7 @@ import numpy as np
 from aeroflutter.guarantees.absence.certificate import Certificate, Loop, Piece
 from aeroflutter.guarantees.absence.interval import load_checker
 from aeroflutter.guarantees.absence.law import model_of
+from aeroflutter.guarantees.absence.program import minimum
 from aeroflutter.guarantees.absence.search import (
     Multipliers,
     Points,
@@ -202,30 +203,25 @@ class _Program:
 
 def _solved(points: Points, times: Real, asked: float, reach: float) -> _Program | None:
     """min Σ|c| with p + (q + asked) λ + Σ c k <= 0 at the points and Σ|c| <= reach λ."""
-    from scipy.optimize import linprog
-
     kernel, count = points.kernel(slice(None), times), times.size
     table = np.column_stack((points.q + asked, kernel, -kernel))
-    answer = linprog(
+    found = minimum(
         np.r_[0.0, np.ones(2 * count)],
         np.vstack((table, np.r_[-reach / _BEYOND, np.ones(2 * count)])),
         np.r_[-points.p, 0.0],
-        bounds=(0.0, None),
-        method="highs-ds",
     )
-    if answer.status != 0:
+    if found is None:
         return None
-    c = answer.x[1 : 1 + count] - answer.x[1 + count :]
-    worth = -answer.ineqlin.marginals
-    dual, nearest = worth[:-1], np.argsort(answer.ineqlin.residual[:-1])
+    c = found.x[1 : 1 + count] - found.x[1 + count :]
+    dual, nearest = found.worth[:-1], np.argsort(found.slack[:-1])
     active = dual > 0.0
     return _Program(
-        lam=float(answer.x[0]),
+        lam=float(found.x[0]),
         terms=tuple((float(t), float(one)) for t, one in zip(times, c, strict=True) if one),
         tight=points.omega[nearest[:_KEPT]],
         active=points.of(active),
         dual=dual[active],
-        cost=1.0 + float(worth[-1]),
+        cost=1.0 + float(found.worth[-1]),
     )
 
 

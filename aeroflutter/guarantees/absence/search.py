@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.guarantees.absence.certificate import Loop, Static
+from aeroflutter.guarantees.absence.program import minimum
 from aeroflutter.model.lure import LureSystem
 
 __all__ = ["Found", "Multipliers", "Points", "choices", "longest_time", "summits", "tops"]
@@ -40,10 +41,9 @@ _RAW, _SHARE = 3, 0.5  # rounds after which solutions are averaged, as corners l
 _NEGLIGIBLE = 1e-9  # a coefficient of this size is none
 _WORST = 120  # violated rows added at a time
 _WORTH_KEEPING = 0.8  # price of a column that stays in the program
-_LARGE = 300  # rows from which the interior-point method is the faster one
-_ITERATIONS, _SECONDS = 20_000, 15.0  # after which a program counts as unsolved
 _FARTHEST = 300.0  # frequency looked at
 _GOOD = 0.5  # of the margin of the program, kept between its rows
+_SOUND = 1e8  # condition of the eigenvectors up to which partial fractions serve
 _HELPS = 1e-3  # a column whose price is above its cost by this is worth having
 
 
@@ -193,10 +193,7 @@ class Points:
 
     def __init__(self, systems: Sequence[LureSystem], spring: Loop | Static, omega: Real) -> None:
         low, high = _slopes(spring)
-        H = []
-        for system in systems:
-            inverse = system.inverse_transfer(1j * omega)  # 1/G; H = (q - p) / (1/G + q)
-            H.append((high - low) / (inverse + high))
+        H = [(high - low) * _response(system, high, omega) for system in systems]
         response = np.concatenate(H)
         self.omega = np.tile(omega, len(systems))
         self.size = omega.size
@@ -212,19 +209,27 @@ class Points:
 
     def kernel(self, at: Index | slice, times: Real) -> Real:
         """Columns k(ω, t) at some of the points, shape (points, times)."""
-        omega = self.omega[at][:, None]
-        K = np.sin(omega * times) / omega
+        K, L = self._sines(self.omega[at][:, None], times)
         if self.loop:
             return -K
-        L = 2.0 * (np.sin(0.5 * omega * times) / omega) ** 2
         return K * self.p[at][:, None] + L * self.q[at][:, None]
+
+    def _sines(self, omega: Real, times: Real) -> tuple[Real, Real]:
+        """sin(ωt)/ω and, of a static law, (1 - cos ωt)/ω²."""
+        K = np.sin(omega * times) / omega
+        return K, K if self.loop else 2.0 * (np.sin(0.5 * omega * times) / omega) ** 2
 
     def condition(self, lam: float, terms: Sequence[tuple[float, float]]) -> Real:
         """F at every point."""
-        F = self.p + lam * self.q
+        K, L = np.zeros(self.size), np.zeros(self.size)  # the same for every system
         for t, c in terms:
-            F += c * self.kernel(slice(None), np.array([t]))[:, 0]
-        return F
+            one, other = self._sines(self.omega[: self.size], np.array(t))
+            K += c * one
+            L += c * other
+        count = self.omega.size // self.size
+        if self.loop:
+            return self.p + lam * self.q - np.tile(K, count)
+        return (1.0 + np.tile(K, count)) * self.p + (lam + np.tile(L, count)) * self.q
 
     def peaks(self, F: Real, above: float) -> Index:
         """Points of the local maxima of F above a level."""
@@ -246,8 +251,6 @@ class _Program:
     """The linear program with some rows and columns, solved."""
 
     def __init__(self, spring: Loop | Static, points: Points, rows: Index, times: Real) -> None:
-        from scipy.optimize import linprog
-
         loop = isinstance(spring, Loop)
         kernel = points.kernel(rows, times)
         both = np.hstack((kernel, -kernel)) if loop else kernel
@@ -256,26 +259,21 @@ class _Program:
             limit = min(_MOST, spring.delta_v / spring.delta_h) * (1.0 - _HEADROOM)
         table = np.column_stack((np.ones(rows.size), points.q[rows], both))
         budget = np.r_[0.0, 0.0 if loop else 1.0, np.ones(both.shape[1])]
-        methods = ["highs-ds", "highs-ipm"][:: 1 if rows.size < _LARGE else -1]
-        for method in methods:  # where one fails on a badly scaled program, try the other
-            answer = linprog(
-                np.r_[-1.0, np.zeros(1 + both.shape[1])],
-                np.vstack((table, budget)),
-                np.r_[-points.p[rows], limit],
-                bounds=[(None, None)] + [(0.0, None)] * (1 + both.shape[1]),
-                method=method,
-                options={"maxiter": _ITERATIONS, "time_limit": _SECONDS},
-            )
-            if answer.status == 0:
-                break
-        else:
-            raise Unsolved(answer.message)
-        self.margin, self.lam = float(answer.x[0]), float(answer.x[1])
-        c = answer.x[2:] if not loop else answer.x[2 : 2 + times.size] - answer.x[2 + times.size :]
+        found = minimum(
+            np.r_[-1.0, np.zeros(1 + both.shape[1])],
+            np.vstack((table, budget)),
+            np.r_[-points.p[rows], limit],
+            free=1,
+        )
+        if found is None:
+            raise Unsolved
+        self.margin, self.lam, c = float(found.x[0]), float(found.x[1]), found.x[2:]
+        if loop:
+            c = c[: times.size] - c[times.size :]
         self.terms = tuple((float(t), float(one)) for t, one in zip(times, c, strict=True) if one)
-        dual = -answer.ineqlin.marginals
+        dual = found.worth
         count = max(100, _KEPT * int((dual[:-1] > 0.0).sum()))
-        self.tight = rows[np.argsort(answer.ineqlin.residual[:-1])[:count]]
+        self.tight = rows[np.argsort(found.slack[:-1])[:count]]
         self.active = rows[dual[:-1] > 0.0]
         self._dual = dual[:-1][dual[:-1] > 0.0]
         self._limit, self._cost = limit, max(float(dual[-1]), 1e-300)
@@ -289,6 +287,15 @@ class _Program:
         """What a term at each time would gain, over what it costs; above one it helps."""
         gain = -self._dual @ self._points.kernel(self.active, times)
         return np.asarray(np.abs(gain) if self._loop else gain) / self._cost
+
+
+def _response(system: LureSystem, slope: float, omega: Real) -> NDArray[np.complex128]:
+    """c (jωI - A + slope b c)^-1 b by partial fractions, or from 1/G where they are no good."""
+    poles, vectors = np.linalg.eig(system.closed(slope))
+    if not np.linalg.cond(vectors) < _SOUND:
+        return np.asarray(1.0 / (system.inverse_transfer(1j * omega) + slope))
+    residues = (system.c @ vectors) * np.linalg.solve(vectors, system.b)
+    return np.asarray((residues / (1j * omega[:, None] - poles)).sum(axis=1))
 
 
 def tops(values: Real) -> NDArray[np.bool_]:
