@@ -167,7 +167,8 @@ def test_initial_motion_is_in_radians_and_semichords() -> None:
 def test_initial_motion_by_states_and_memories() -> None:
     """A state says all; memories are one a spring that remembers, in the order of the springs."""
     loop = 'kind = "hysteresis"\ndelta_v_deg = 1\ndelta_h_deg = 2'
-    springs = f'[[spring]]\nkind = "cubic"\nbeta3 = 3\nat = "heave"\n[[spring]]\n{loop}\n[initial]\n'
+    cubic = 'kind = "cubic"\nbeta3 = 3\nat = "heave"'
+    springs = f"[[spring]]\n{cubic}\n[[spring]]\n{loop}\n[initial]\n"
     held = load_case(tomllib.loads(f"{SECTION}{springs}alpha_deg = 1\nmemory = [0.004]"))
     assert held.initial.memory == (0.0, 0.004)
     assert held.initial.alpha == DEGREE
