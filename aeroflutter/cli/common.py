@@ -6,6 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -41,6 +42,8 @@ __all__ = [
     "CaseOptions",
     "Json",
     "Output",
+    "Plot",
+    "PlotWidth",
     "Units",
     "flutter_facts",
     "initial_motion",
@@ -70,6 +73,17 @@ Json = Annotated[
 ]
 
 
+Plot = Annotated[
+    Path | None, Parameter(name="--plot", help="Draw into this file (.png, .svg or .pdf).")
+]
+PlotWidth = Annotated[
+    float | None,
+    Parameter(
+        name="--plot-width",
+        help="Width of the figure in mm, as 85 or 180 for the columns of a journal; text has the "
+        "size in which it is read there.",
+    ),
+]
 Units = Annotated[
     Literal["si", "nondimensional"] | None,
     Parameter(
@@ -141,9 +155,8 @@ class Output:
     out: Annotated[
         Path | None, Parameter(name="--out", help="Save the result in this NetCDF file (.nc).")
     ] = None
-    plot: Annotated[
-        Path | None, Parameter(name="--plot", help="Draw into this file (.png, .svg or .pdf).")
-    ] = None
+    plot: Plot = None
+    plot_width: PlotWidth = None
     units: Units = None
     overwrite: Annotated[
         bool,
@@ -165,6 +178,8 @@ class Output:
         """
         problems = target_problems("--out", self.out, (".nc",))
         problems += target_problems("--plot", self.plot, PLOT_SUFFIXES)
+        if self.plot_width is not None:
+            problems += _width_problems(self.plot_width, drawn=self.plot is not None)
         if problems:
             raise InputError(problems)
 
@@ -220,7 +235,8 @@ class Output:
             if path is None or make is None:
                 continue
             try:
-                write(path, make, command)
+                with self._wide():
+                    write(path, make, command)
             except FAILURES as error:
                 failed.append(_worded(f"{option} {path}", error))
             else:
@@ -230,6 +246,14 @@ class Output:
             raise AeroflutterError("; ".join(map(str, failed)))
         if failed:
             raise failed[0]
+
+    def _wide(self) -> AbstractContextManager[None]:
+        """Figures of the width that is asked for, if one is."""
+        if self.plot_width is None:
+            return nullcontext()
+        from aeroflutter.plots.style import sized
+
+        return sized(self.plot_width)
 
     def result(
         self,
@@ -321,6 +345,17 @@ def _other(path: Path, case: Case, command: str) -> str:
     if found.get("command") != command:
         return f"holds a result of {found.get('command') or 'another command'}"
     return "" if found.get("case") == case.text else f"holds {found.get('title', 'another case')}"
+
+
+def _width_problems(width: float, *, drawn: bool) -> list[str]:
+    from aeroflutter.plots.style import WIDTHS
+
+    if not drawn:
+        return ["--plot-width: belongs to --plot; name the file of the figure"]
+    low, high = WIDTHS
+    if not low <= width <= high:
+        return [f"--plot-width: must be {low:g} to {high:g} mm, not {width:g}"]
+    return []
 
 
 def target_problems(option: str, path: Path | None, suffixes: Sequence[str]) -> list[str]:

@@ -250,13 +250,11 @@ def _figure(
     scale: Scale | None,
     free: Absence | None,
 ) -> Figure:
-    from aeroflutter.plots.cycles import plot_cycles, plot_multipliers
-    from aeroflutter.plots.onset import shade_free
+    from aeroflutter.plots.cycles import plot_cycles
+    from aeroflutter.plots.multipliers import plot_multipliers
     from aeroflutter.plots.style import literal
 
     at, title = None if here is None else here.cycles, literal(case.title)
     if kind == "multipliers":
         return plot_multipliers(result, title, at, scale)
-    drawing = plot_cycles(result, title, at, drawn, scale=scale)
-    shade_free(drawing.axes[0], free, result.flutter_speed, scale)
-    return drawing
+    return plot_cycles(result, title, at, drawn, scale=scale, free=free)

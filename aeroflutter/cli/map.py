@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -15,6 +17,8 @@ from aeroflutter.cli.common import (
     CaseOptions,
     Json,
     Output,
+    Plot,
+    PlotWidth,
     Units,
     numbers,
     say,
@@ -26,8 +30,10 @@ from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from aeroflutter.case import Case
     from aeroflutter.model.section import Scale
@@ -35,7 +41,8 @@ if TYPE_CHECKING:
     from aeroflutter.studies.maps import Axis, Executor, FlutterMap, Grid
 
 SMALL = 20_000  # cells up to which threads of this process are as fast as processes
-SPEED_RATIO, ALPHA_DEG = "0.1:1:91", "1:15:29"
+SPEED_RATIO, ALPHA_DEG = "0.1:1:91", "1:15:29"  # the former where there is no onset
+COLUMNS = 91
 TOLERANCE = 1e-6
 
 Range = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
@@ -45,7 +52,11 @@ def map(  # noqa: A001 - the command's name
     case: CaseName,
     *,
     speed_ratio: Annotated[
-        Range, Parameter(help=f"Speed ratios U*/U*_L, A:B:N or a,b,c; default {SPEED_RATIO}.")
+        Range,
+        Parameter(
+            help="Speed ratios U*/U*_L, A:B:N or a,b,c; by default from below the describing "
+            f"function's onset to above flutter, or {SPEED_RATIO} where it has none."
+        ),
     ] = None,
     speed: Annotated[Range, Parameter(help="Airspeeds U* instead, A:B:N or a,b,c.")] = None,
     velocity: Annotated[
@@ -89,9 +100,8 @@ def map(  # noqa: A001 - the command's name
     tolerance: Annotated[
         float, Parameter(help="Width to which --refine goes, in units of either axis.")
     ] = TOLERANCE,
-    plot: Annotated[
-        Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
-    ] = None,
+    plot: Plot = None,
+    plot_width: PlotWidth = None,
     json: Json = False,
     units: Units = None,
     options: CaseOptions = CaseOptions(),
@@ -106,12 +116,14 @@ def map(  # noqa: A001 - the command's name
     from aeroflutter.studies.cases import CaseCells
 
     keeping.check()
-    output = Output(json=json, out=keeping.netcdf, plot=plot)
+    output = Output(json=json, out=keeping.netcdf, plot=plot, plot_width=plot_width)
     output.check()
     loaded = options.load(case)
     section_only(loaded, "map")
     scale = shown_scale(units, loaded)
-    grid, fixed = axes(speed_ratio, speed, alpha_deg, x, y, velocity)
+    grid, fixed = axes(
+        speed_ratio, speed, alpha_deg, x, y, velocity, usual=lambda: around_onset(loaded)
+    )
     cells = CaseCells(loaded.text, loaded.source, grid, fixed)
     settings = _settings(engine, dt, duration, thesis, tolerance if refine else None)
     executor = keeping.executor(threads=grid.cells <= SMALL)
@@ -174,8 +186,11 @@ def axes(
     x: str | None,
     y: str | None,
     velocity: str | None = None,
+    usual: Callable[[], NDArray[np.float64]] | None = None,
 ) -> tuple[Grid, tuple[str, float] | None]:
     """The grid that the options ask for, and the airspeed where it does not vary.
+
+    `usual` gives the speed ratios where nothing says any.
 
     Raises
     ------
@@ -199,7 +214,7 @@ def axes(
     )
     varies = set(airspeeds) & set(keys)
     if flow is None and not varies and len(given) < 2:
-        flow = Axis("speed_ratio", numbers("--speed-ratio", SPEED_RATIO))
+        flow = Axis("speed_ratio", usual() if usual else numbers("--speed-ratio", SPEED_RATIO))
     fixed = None
     if flow is not None and len(flow) == 1 and given:
         fixed, flow = (flow.key, float(flow.values[0])), None
@@ -218,6 +233,19 @@ def axes(
     if varies and fixed is not None:
         raise InputError(f"{varies.pop()}: stands on an axis; drop the fixed airspeed")
     return Grid(*chosen), fixed
+
+
+def around_onset(case: Case) -> NDArray[np.float64]:
+    """Speed ratios around the describing function's onset; all of them where it has none."""
+    from aeroflutter.errors import ConvergenceError
+    from aeroflutter.orbits.describing import describing_curve
+    from aeroflutter.studies.maps.grid import ratios_around
+
+    with contextlib.suppress(InputError, ConvergenceError):
+        onset = describing_curve(*case.loop()).onset
+        if onset is not None and math.isfinite(onset.speed_ratio):
+            return ratios_around(onset.speed_ratio, COLUMNS)
+    return numbers("--speed-ratio", SPEED_RATIO)
 
 
 def _keyed(option: str, text: str) -> Axis:

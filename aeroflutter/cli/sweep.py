@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
@@ -14,6 +13,8 @@ from aeroflutter.cli.common import (
     CaseOptions,
     Json,
     Output,
+    Plot,
+    PlotWidth,
     Units,
     say,
     show_facts,
@@ -64,9 +65,8 @@ def sweep(
             "off, or exactly, which takes seconds a section."
         ),
     ] = "describing",
-    plot: Annotated[
-        Path | None, Parameter(help="Draw into this file (.png, .svg or .pdf).")
-    ] = None,
+    plot: Plot = None,
+    plot_width: PlotWidth = None,
     json: Json = False,
     units: Units = None,
     options: CaseOptions = CaseOptions(),
@@ -83,7 +83,7 @@ def sweep(
     from aeroflutter.studies.sampled import CaseModel
 
     keeping.check()
-    output = Output(json=json, out=keeping.netcdf, plot=plot)
+    output = Output(json=json, out=keeping.netcdf, plot=plot, plot_width=plot_width)
     output.check()
     loaded = options.load(case)
     section_only(loaded, "sweep")

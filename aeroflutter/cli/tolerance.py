@@ -126,7 +126,7 @@ def _at(speed: float, result: Tolerance, scale: Scale | None) -> str:
 
 
 def _figure(case: Case, result: Tolerance, scale: Scale | None) -> Figure:
-    from aeroflutter.plots.cycles import plot_tolerance
     from aeroflutter.plots.style import literal
+    from aeroflutter.plots.tolerance import plot_tolerance
 
     return plot_tolerance(result, literal(case.title), scale)

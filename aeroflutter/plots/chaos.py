@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.timemarch import FIGURES, PITCH_RATE, TAU
 
@@ -19,14 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["plot_chaos", "plot_chaos_scan"]
 
 EXPONENT = r"Lyapunov exponent (per {})"
-COLOURS = {
-    "periodic": look.BLUE,
-    "quasi-periodic": look.GREEN,
-    "chaotic": look.VERMILION,
-    "damped": look.GREY,
-    "divergent": look.PURPLE,
-    "undecided": look.ORANGE,
-}
 NAMES = (r"$\lambda_1$", r"$\lambda_2$", r"$\lambda_3$")
 
 
@@ -47,15 +40,14 @@ def plot_chaos(
         In what units times, frequencies and exponents are.
     """
     with look.style():
-        figure, axes = look.figure(2, 3, width=10.0, height=6.2)
+        figure, axes = layout.figure(2, 3, width=10.0, height=6.4)
         _trace(axes[0, 0], response, result.return_time, clock)
         _phase_plane(axes[0, 1], response, result.return_time, clock)
         FIGURES["psd"][0](np.array([axes[0, 2]]), response, clock)
         draw(axes[1, 0], result)
         _return_map(axes[1, 1], result)
         _convergence(axes[1, 2], result, clock)
-        if title:
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
@@ -76,14 +68,13 @@ def plot_chaos_scan(
         Of the parameter's axis.
     """
     with look.style():
-        figure, axes = look.figure(
+        figure, axes = layout.figure(
             2, 1, width=7.2, height=6.0, sharex=True, height_ratios=(1.6, 1.0)
         )
         draw_scan(axes[0], scan, unit)
         _exponents(axes[1], scan, unit)
         axes[1].set_xlabel(label)
-        if title:
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
@@ -91,7 +82,7 @@ def _trace(axes: Axes, response: Response, between: float, clock: look.Clock) ->
     """Pitch over the last oscillations."""
     keep = response.time >= response.time[-1] - 30.0 * between
     time = (response.time[keep] - response.time[keep][0]) / clock.second
-    axes.plot(time, np.degrees(response.pitch[keep]), color=look.BLUE, linewidth=0.9)
+    axes.plot(time, np.degrees(response.pitch[keep]), color=meaning.EXACT, linewidth=0.9)
     axes.set_xlim(time[0], time[-1])
     axes.set_xlabel(clock.time)
     axes.set_ylabel(look.PITCH)
@@ -103,7 +94,7 @@ def _phase_plane(axes: Axes, response: Response, between: float, clock: look.Clo
     rate = np.gradient(response.pitch, (response.time[1] - response.time[0]) / clock.second)
     keep = response.time >= response.time[-1] - 60.0 * between
     axes.plot(
-        np.degrees(response.pitch[keep]), np.degrees(rate[keep]), color=look.BLUE, linewidth=0.5
+        np.degrees(response.pitch[keep]), np.degrees(rate[keep]), color=meaning.EXACT, linewidth=0.5
     )
     axes.set_xlabel(look.PITCH)
     axes.set_ylabel(PITCH_RATE.format(clock.per))
@@ -134,7 +125,7 @@ def _dots(axes: Axes, x: Any, y: Any, result: ChaosResult) -> None:
     """Many small dots, or a few large ones; with room around a single one."""
     small = result.loops == 0
     axes.plot(
-        x, y, "." if small else "o", color=COLOURS[result.verdict],
+        x, y, "." if small else "o", color=meaning.VERDICTS[result.verdict],
         markersize=0.8 if small else 4.0, rasterized=small,
     )  # fmt: skip
     if x.size:
@@ -146,22 +137,23 @@ def _dots(axes: Axes, x: Any, y: Any, result: ChaosResult) -> None:
 
 def _convergence(axes: Axes, result: ChaosResult, clock: look.Clock) -> None:
     """Finite-time exponents against the time they took."""
+    from matplotlib.ticker import MaxNLocator
+
     found, rate, time = result.exponents, clock.second, result.exponents.time / clock.second
     shown = min(len(NAMES), found.values.size)
-    for i, colour in zip(range(shown), look.CYCLE, strict=False):
+    for i, colour in zip(range(shown), meaning.SERIES, strict=False):
         axes.plot(time, rate * found.running[:, i], color=colour, linewidth=1.0, label=NAMES[i])
         low, high = found.values[i] - found.error[i], found.values[i] + found.error[i]
         axes.axhspan(rate * low, rate * high, color=colour, alpha=0.25, linewidth=0)
-    axes.axhline(0.0, color=look.BLACK, linewidth=0.6)
+    axes.axhline(0.0, color=meaning.FAINT, linewidth=0.9)
     span = rate * found.values[:shown]
     room = 0.4 * max(float(np.ptp(span)), 1e-12)
     axes.set_ylim(float(span.min()) - room, float(span.max()) + room)
     axes.set_xlim(0.0, time[-1])
-    axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4), useMathText=True)
-    axes.set_xlabel(f"length of the run: {clock.time}")
+    axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.set_xlabel(clock.time)
     axes.set_ylabel(EXPONENT.format(clock.per))
     axes.set_title("finite-time exponents")
-    axes.legend(loc="upper right", ncols=shown)
 
 
 def draw_scan(axes: Axes, scan: ChaosScan, unit: float = 1.0) -> None:
@@ -172,24 +164,22 @@ def draw_scan(axes: Axes, scan: ChaosScan, unit: float = 1.0) -> None:
             peaks = np.degrees([result.bias])
         few = result.loops > 0 or result.verdict == "damped"
         axes.plot(
-            np.full(peaks.size, value / unit), peaks, ".", color=COLOURS[result.verdict],
+            np.full(peaks.size, value / unit), peaks, ".", color=meaning.VERDICTS[result.verdict],
             markersize=3.0 if few else 1.2, rasterized=not few,
         )  # fmt: skip
-    for verdict, colour in COLOURS.items():
+    for verdict, colour in meaning.VERDICTS.items():
         if verdict in scan.verdicts:
-            axes.plot([], [], "o", color=colour, label=verdict)
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(COLOURS), borderaxespad=0.0)
+            layout.name(axes, verdict, color=colour, marker="o", linestyle="none")
     axes.set_ylabel("peaks of pitch (deg)")
 
 
 def _exponents(axes: Axes, scan: ChaosScan, unit: float) -> None:
     """The two largest exponents with their errors."""
     values, errors = scan.exponents, scan.errors
-    for i, colour in zip(range(min(2, values.shape[1])), look.CYCLE, strict=False):
+    for i, colour in zip(range(min(2, values.shape[1])), meaning.SERIES, strict=False):
         axes.errorbar(
             scan.values / unit, values[:, i], errors[:, i], color=colour, linewidth=0.8,
             marker=".", markersize=3.0, elinewidth=0.8, label=NAMES[i],
         )  # fmt: skip
-    axes.axhline(0.0, color=look.BLACK, linewidth=0.6)
+    axes.axhline(0.0, color=meaning.FAINT, linewidth=0.9)
     axes.set_ylabel(EXPONENT.format(TAU.per))
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
+from aeroflutter.plots.branches import NAMED, Line, frame, method_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 
 LEAST = 1e-8  # distortion that is drawn; below it a motion is sinusoidal
+METHOD = "describing function"
+MOST_MARKS = 60  # of points in doubt
 
 
 def plot_describing(
@@ -38,119 +42,115 @@ def plot_describing(
     """
     across = look.Airspeed.of(result.flutter_speed, scale)
     with look.style():
-        figure, (curve, distortion) = look.figure(1, 2, width=9.2, height=3.9)
-        if found is not None:
-            _bands(curve, result, found, across)
+        figure, (curve, distortion) = layout.figure(1, 2, width=9.2, height=4.3)
         draw(curve, result, across)
+        if found is not None and result.amplitude.size:
+            _bands(curve, result, found, across)
         _distortion(distortion, result)
         if found is not None:
             _errors(distortion, result, found)
-        if title:
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
 def draw(axes: Axes, result: DescribingCurve, across: look.Airspeed) -> None:
     """Amplitude over airspeed."""
-    x = result.speed / across.unit
+    lines = []
     for one in result.families:
-        colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
-        mine = np.flatnonzero(result.family == one.number)
-        for run, stable in look.segments(result.stable[mine]):
-            points = mine[run]
-            line = "-" if stable else "--"
-            axes.plot(x[points], np.degrees(result.amplitude[points]), line, color=colour)
-    if result.onset is not None:
-        axes.plot(
-            result.onset.speed / across.unit,
-            np.degrees(result.onset.amplitude),
-            "o",
-            color=look.BLACK,
-            markersize=4,
+        mine = result.family == one.number
+        lines.append(
+            Line(
+                result.speed[mine] / across.unit,
+                np.degrees(result.amplitude[mine]),
+                result.stable[mine],
+                f"family {one.number}" + (" (mirror)" if one.mirror_of else ""),
+            )
         )
-    _limits(axes, result, across)
-    axes.set_xlabel(across.label)
-    axes.set_ylabel(look.AMPLITUDE)
-    onset = "" if result.onset is None else f"; onset {result.onset.speed / across.unit:.5g} (dot)"
-    axes.set_title("stable solid, unstable dashed" + onset)
-
-
-def _limits(axes: Axes, result: DescribingCurve, across: look.Airspeed) -> None:
-    """Show the curve around its onset: far out every branch runs along its asymptote."""
-    if result.onset is None or not result.speed.size:
-        return
-    x = result.speed / across.unit
-    flutter = (result.flutter_speed or 0.0) / across.unit
-    first = result.onset.speed / across.unit
-    last = flutter if first < 0.97 * flutter else 1.3 * first
-    axes.set_xlim(first - 0.08 * (last - first), last + 0.05 * (last - first))
-    shown = result.amplitude[(x >= first) & (x <= first + 0.97 * (last - first))]
-    top = (
-        12 * result.onset.amplitude
-        if shown.size == 0
-        else min(shown.max(), 12 * result.onset.amplitude)
-    )
-    axes.set_ylim(0, 1.05 * np.degrees(top))
-    if result.flutter_speed:
-        look.mark_speed(axes, flutter, "linear flutter")
+    method_lines(axes, lines, METHOD, meaning.DESCRIBING)
+    if lines:
+        layout.stability(axes)
+    marks = []
+    if result.onset is not None:
+        at = float(result.onset.speed / across.unit), float(np.degrees(result.onset.amplitude))
+        label = f"onset {at[0]:.5g}"
+        axes.plot(*at, "o", color=meaning.INK, linestyle="none", label=label, zorder=3)
+        marks.append(at)
+    frame(axes, lines, across, result.flutter_speed, marks)
 
 
 def _distortion(axes: Axes, result: DescribingCurve) -> None:
-    for one in result.families:
-        colour = look.CYCLE[(one.number - 1) % len(look.CYCLE)]
+    many = len(result.families) > NAMED
+    tones = meaning.shades(meaning.DESCRIBING, len(result.families))
+    for one, tone in zip(result.families, tones, strict=True):
         mine = result.family == one.number
-        name = f"family {one.number}" + (" (mirror)" if one.mirror_of else "")
-        if len(result.families) == 1:
-            name = "distortion"
         axes.plot(
             np.degrees(result.amplitude[mine]),
             100 * np.where(result.distortion[mine] > LEAST, result.distortion[mine], np.nan),
-            color=colour,
-            label=name,
+            color=tone,
+            linewidth=0.8 if many else None,
         )
-    if result.amplitude.size:
-        axes.set_xscale("log")
-        if (result.distortion > LEAST).any():
-            axes.set_yscale("log")
-        if len(result.families) > 1:
-            axes.legend()
     axes.set_xlabel(look.AMPLITUDE)
     axes.set_ylabel("harmonics 2–9 over the first (%)")
     axes.set_title("predicted distortion")
+    if (result.distortion > LEAST).any():
+        layout.logarithmic(axes.xaxis)
+        layout.logarithmic(axes.yaxis)
+    else:
+        _say(axes, "the motion is sinusoidal" if result.amplitude.size else "no limit cycle")
+
+
+def _say(axes: Axes, words: str) -> None:
+    """In place of a figure."""
+    axes.text(0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes)
+    axes.set_axis_off()
 
 
 def _bands(axes: Axes, result: DescribingCurve, found: Guarantees, across: look.Airspeed) -> None:
     """Bands of speed at each amplitude, and a mark where there is none and reason to doubt."""
     x = result.speed / across.unit
     amplitude, bands = np.degrees(result.amplitude), found.speed / across.unit
+    label: str | None = "proved to hold a cycle"
     for one in result.families:
         mine = result.family == one.number
+        if not found.guaranteed[mine].any():
+            continue
         axes.fill_betweenx(
             amplitude[mine], bands[mine, 0], bands[mine, 1], where=found.guaranteed[mine],
-            color=look.GREEN, alpha=0.3, linewidth=0,
+            color=meaning.PROVED, alpha=0.45, linewidth=0, label=label, zorder=1.8,
         )  # fmt: skip
-    axes.plot(x[found.doubtful], amplitude[found.doubtful], "x", color=look.VERMILION, alpha=0.5)
+        label = None
+    doubtful = np.flatnonzero(found.doubtful)
+    doubtful = doubtful[:: max(1, doubtful.size // MOST_MARKS)]
+    if doubtful.size:
+        axes.plot(
+            x[doubtful], amplitude[doubtful], "x", color=meaning.WARNING, alpha=0.6, markersize=3,
+            linestyle="none", label="doubtful, not proved", zorder=2.5,
+        )  # fmt: skip
 
 
 def _errors(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
     """How far the speed may be off: by proof where there is one, else as calibrated."""
+    if not (result.distortion > LEAST).any():
+        return
     order = np.argsort(result.amplitude, kind="stable")
     amplitude, proved = np.degrees(result.amplitude[order]), found.guaranteed[order]
     width = np.max(np.abs(found.speed - result.speed[:, None]), axis=1) / result.speed
     likely = np.where(proved, np.nan, 100 * found.expected_error[order])
-    for seen, error, mark, name in (
-        (proved, 100 * width[order], {"marker": ".", "color": look.GREEN}, "proved"),
+    for seen, error, mark, label in (
+        (
+            proved,
+            100 * width[order],
+            {"marker": ".", "color": meaning.PROVED},
+            "error of speed, proved",
+        ),
         (
             likely > 1e-6,
             likely,
-            {"marker": "x", "color": look.VERMILION, "alpha": 0.7},
-            "without proof, 95 % below",
+            {"marker": "x", "color": meaning.WARNING, "alpha": 0.6, "markersize": 3},
+            "error of speed without proof, 95 % below",
         ),
     ):
         if seen.any():
-            label = f"error of speed, {name}"
             axes.plot(amplitude[seen], error[seen], linestyle="none", label=label, **mark)
     axes.set_ylabel("per cent")
-    axes.set_title("predicted distortion (line) and error of speed")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=7.5)
+    axes.set_title("predicted distortion (lines) and error of speed")

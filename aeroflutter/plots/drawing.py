@@ -17,6 +17,7 @@ from aeroflutter.plots import (
     onset,
     rootlocus,
     timemarch,
+    tolerance,
 )
 from aeroflutter.plots import style as look
 
@@ -29,7 +30,14 @@ Panel = Callable[[Any, Any, "Scale | None"], None]
 Whole = Callable[[Any, str, "Scale | None"], Any]
 
 
-def draw(result: Any, ax: Any = None, *, units: str | None = None, title: str | None = None) -> Any:
+def draw(
+    result: Any,
+    ax: Any = None,
+    *,
+    units: str | None = None,
+    title: str | None = None,
+    width: float | None = None,
+) -> Any:
     """Draw a result.
 
     Parameters
@@ -42,6 +50,9 @@ def draw(result: Any, ax: Any = None, *, units: str | None = None, title: str | 
         "nondimensional", or "si", which is the default where the result's case has SI data.
     title : str, optional
         Written above; by default the title of the case.
+    width : float, optional
+        Of the figure in mm, such as 85 or 180 for the columns of a journal: text is then of the
+        size in which it is read, and panels stand below one another where there is no room.
 
     Returns
     -------
@@ -64,11 +75,14 @@ def draw(result: Any, ax: Any = None, *, units: str | None = None, title: str | 
     if ax is not None:
         with look.style():
             panel(ax, result, scale)
+            if ax.get_legend_handles_labels()[0]:
+                ax.legend(loc="best")
             if title:
                 ax.set_title(title)
         return ax
     words = title if title is not None else look.literal(case.title) if case else ""
-    return whole(result, words, scale)
+    with look.sized(width):
+        return whole(result, words, scale)
 
 
 def _of_cycles(axes: Any, result: Any, scale: Scale | None) -> None:
@@ -109,11 +123,11 @@ def _sweep(result: Any, title: str, scale: Scale | None) -> Any:
 def _onset(axes: Any, result: Any, scale: Scale | None) -> None:
     if result.cycles is not None:
         cycles.draw(axes, result.cycles, _across(result, scale))
-    onset.shade_free(axes, result.free, result.flutter_speed, scale)
+    cycles.shade_free(axes, result.free, result.flutter_speed, scale)
 
 
 def _tolerance(axes: Any, result: Any, scale: Scale | None) -> None:
-    cycles.draw_tolerance(axes, result, _across(result.branch, scale))
+    tolerance.draw_tolerance(axes, result, _across(result.branch, scale))
 
 
 def _passes(axes: Any, result: Any, scale: Scale | None) -> None:
@@ -156,7 +170,7 @@ DRAWN: dict[str, tuple[Panel, Whole]] = {
         lambda one, title, scale: loop.plot_loop(one, title, scale=scale),
     ),
     "Onset": (_onset, onset.plot_onset),
-    "Tolerance": (_tolerance, cycles.plot_tolerance),
+    "Tolerance": (_tolerance, tolerance.plot_tolerance),
     "Response": (
         lambda axes, one, scale: timemarch.draw(axes, one, _clock(one, scale)),
         lambda one, title, scale: timemarch.plot_overview(one, title, _clock(one, scale)),

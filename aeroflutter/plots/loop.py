@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 
 if TYPE_CHECKING:
@@ -31,13 +32,12 @@ def plot_loop(
     clock = look.Clock.of(test.speed, scale)
     chosen = test.cycles[cycle] if test.cycles else None
     with look.style():
-        figure, axes = look.figure(2, 2, width=9.6, height=6.6)
+        figure, axes = layout.figure(2, 2, width=9.6, height=6.9)
         _magnitude(axes[0, 0], test, chosen, clock)
         _phase(axes[1, 0], test, chosen, clock)
         draw(axes[0, 1], test)
         _harmonics(axes[1, 1], test, chosen)
-        if title:
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
@@ -51,33 +51,37 @@ def _mark(
     """The cycle's frequency and its harmonics on a curve over frequency."""
     if cycle is None:
         return
-    axes.plot(clock.hertz(cycle.k), _at(test, cycle.k, values), "o", color=look.BLACK, markersize=5)
+    here = clock.hertz(cycle.k), _at(test, cycle.k, values)
+    axes.plot(
+        *here, "o", color=meaning.INK, markersize=5, linestyle="none", label="the cycle", zorder=3
+    )
     for order, share, spoils in zip(cycle.orders, cycle.predicted, cycle.spoiling, strict=True):
         at = float(order * cycle.k)
         if at > test.frequency[-1] or share < 1e-9:
             continue
-        colour = look.VERMILION if spoils else look.GREY
+        colour = meaning.WARNING if spoils else meaning.FAINT
         y = _at(test, at, values)
         seen = clock.hertz(at)
-        axes.plot(seen, y, "D" if spoils else ".", color=colour, markersize=5)
-        axes.annotate(
-            str(order), (seen, y), xytext=(4, 4), textcoords="offset points", fontsize=7.5,
-            color=colour,
+        axes.plot(
+            seen, y, "D" if spoils else ".", color=colour, markersize=5, linestyle="none",
+            label="a harmonic that spoils it" if spoils else "a harmonic", zorder=3,
         )  # fmt: skip
 
 
 def _magnitude(axes: Axes, test: LoopTest, cycle: LoopCycle | None, clock: look.Clock) -> None:
     decibels = 20 * np.log10(np.abs(test.G))
-    axes.semilogx(clock.hertz(test.frequency), decibels, color=look.BLUE)
+    axes.plot(clock.hertz(test.frequency), decibels, color=meaning.INK)
+    layout.logarithmic(axes.xaxis)
     _mark(axes, test, cycle, decibels, clock)
     axes.set_ylabel(r"$|G(\mathrm{j}k)|$ (dB)")
-    axes.set_title("Bode: cycle (black), its harmonics, spoiling ones red")
-    axes.tick_params(labelbottom=False)
+    axes.set_xlabel(clock.frequency)
+    axes.set_title("Bode")
 
 
 def _phase(axes: Axes, test: LoopTest, cycle: LoopCycle | None, clock: look.Clock) -> None:
     phase = np.degrees(np.unwrap(np.angle(test.G)))
-    axes.semilogx(clock.hertz(test.frequency), phase, color=look.BLUE)
+    axes.plot(clock.hertz(test.frequency), phase, color=meaning.INK)
+    layout.logarithmic(axes.xaxis)
     _mark(axes, test, cycle, phase, clock)
     axes.set_xlabel(clock.frequency)
     axes.set_ylabel(r"$\arg\,G(\mathrm{j}k)$ (deg)")
@@ -85,28 +89,46 @@ def _phase(axes: Axes, test: LoopTest, cycle: LoopCycle | None, clock: look.Cloc
 
 def draw(axes: Axes, test: LoopTest) -> None:
     """The Nyquist plot, with the locus -1/N and the cycles."""
-    axes.plot(test.G.real, test.G.imag, color=look.BLUE, label=r"$G(\mathrm{j}k)$")
-    axes.plot(test.locus.real, test.locus.imag, color=look.ORANGE, label=r"$-1/N(a)$")
+    axes.plot(test.G.real, test.G.imag, color=meaning.INK, label=r"linear part $G(\mathrm{j}k)$")
+    axes.plot(
+        test.locus.real, test.locus.imag, color=meaning.DESCRIBING, linewidth=2.2,
+        label=r"describing function, $-1/N(a)$",
+    )  # fmt: skip
     points = [-1 / one.N if one.N else complex(np.inf) for one in test.cycles]
-    for number, (one, at) in enumerate(zip(test.cycles, points, strict=True)):
+    for one, at in zip(test.cycles, points, strict=True):
         proved = bool(one.guarantee.guaranteed[0])
-        marker, colour = ("o", look.GREEN) if proved else ("s", look.VERMILION)
-        axes.plot(at.real, at.imag, marker, color=colour, zorder=3)
-        axes.annotate(
-            f"{np.degrees(one.amplitude):.3g}°", (at.real, at.imag),
-            xytext=(14, 10) if number % 2 else (-14, 14), ha="left" if number % 2 else "right",
-            textcoords="offset points", fontsize=8,
-            arrowprops={"arrowstyle": "-", "color": look.GREY, "linewidth": 0.6},
+        axes.plot(
+            at.real, at.imag, "o" if proved else "s", linestyle="none", zorder=3,
+            color=meaning.PROVED if proved else meaning.WARNING,
+            label="cycle, proved" if proved else "cycle, not proved",
         )  # fmt: skip
     reach = 1.6 * max([1.0, *(abs(at) for at in points if np.isfinite(at))])
     axes.set_xlim(-reach, 0.3 * reach)
     axes.set_ylim(-0.5 * reach, 0.5 * reach)
-    axes.axhline(0, color=look.BLACK, linewidth=0.6)
-    axes.axvline(0, color=look.BLACK, linewidth=0.6)
+    axes.axhline(0, color=meaning.FAINT, linewidth=0.6)
+    axes.axvline(0, color=meaning.FAINT, linewidth=0.6)
     axes.set_xlabel("real part")
     axes.set_ylabel("imaginary part")
-    axes.set_title("Nyquist: cycle proved (green dot) or not (red square)")
-    axes.legend(loc="upper left")
+    axes.set_title("Nyquist")
+    _amplitudes(axes, test, points, reach)
+
+
+def _amplitudes(axes: Axes, test: LoopTest, points: list[complex], reach: float) -> None:
+    """How large the cycles are, once for all that lie on one point, each on a line of its own."""
+    places: dict[complex, list[str]] = {}
+    for one, at in sorted(zip(test.cycles, points, strict=True), key=lambda pair: -pair[1].imag):
+        if not np.isfinite(at):
+            continue
+        near = next((old for old in places if abs(old - at) < 0.02 * reach), at)
+        text = f"{np.degrees(one.amplitude):.3g}°"
+        if text not in places.setdefault(near, []):
+            places[near].append(text)
+    for number, (at, texts) in enumerate(places.items()):
+        axes.annotate(
+            ", ".join(texts), (at.real, at.imag), xytext=(0.66, 0.3 - 0.09 * number),
+            textcoords="axes fraction", va="top", fontsize="small",
+            arrowprops={"arrowstyle": "-", "color": meaning.FAINT, "linewidth": 0.6},
+        )  # fmt: skip
 
 
 def _harmonics(axes: Axes, test: LoopTest, cycle: LoopCycle | None) -> None:
@@ -115,10 +137,13 @@ def _harmonics(axes: Axes, test: LoopTest, cycle: LoopCycle | None) -> None:
         axes.set_axis_off()
         return
     keep = cycle.predicted > 1e-9
-    colours = [look.VERMILION if spoils else look.BLUE for spoils in cycle.spoiling[keep]]
+    colours = [meaning.WARNING if spoils else meaning.FAINT for spoils in cycle.spoiling[keep]]
     axes.bar(cycle.orders[keep], 100 * cycle.predicted[keep], color=colours, width=0.6)
-    axes.axhline(100 * test.spoils, color=look.VERMILION, linewidth=0.9, linestyle=":")
-    axes.set_yscale("log")
+    axes.axhline(
+        100 * test.spoils, color=meaning.WARNING, linewidth=0.9, linestyle=":",
+        label="beyond it a harmonic spoils",
+    )  # fmt: skip
+    layout.logarithmic(axes.yaxis)
     axes.set_axisbelow(True)
     axes.set_xticks(cycle.orders)
     axes.set_xlabel("harmonic")

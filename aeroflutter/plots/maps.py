@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.motion.response import STATES
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.results.fields import FIELDS
 from aeroflutter.studies.maps.engines import FAILED
@@ -23,17 +24,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-# light enough for lines and text on top; told apart with any colour vision and in grey
-COLOURS = {
-    "damped": "#CFE5F3",
-    "lco": look.ORANGE,
-    "aperiodic": look.PURPLE,
-    "divergent": look.VERMILION,
-    "undecided": "#BBBBBB",
-    "neutral": look.GREEN,
-    "failed": look.BLACK,
-}
-NAMES = {"lco": "limit cycle"}
 LABELS = {
     "speed": look.SPEED,
     "speed_ratio": look.SPEED_RATIO,
@@ -42,10 +32,11 @@ LABELS = {
 }
 AIRSPEEDS = ("speed", "speed_ratio")
 MARKS = {
-    "linear flutter": (look.BLACK, "-"),
-    "DF onset": (look.BLUE, (0, (5, 2))),
-    "exact onset": (look.BLACK, (0, (1, 1.5))),
+    "linear flutter": (meaning.INK, "-"),
+    "DF onset": (meaning.DESCRIBING, (0, (5, 2))),
+    "exact onset": (meaning.EXACT, (0, (1, 1.5))),
 }
+NO_CYCLE = "#F2F2F2"
 DECADE = 10.0  # amplitudes further apart are coloured by their logarithm
 
 
@@ -69,17 +60,16 @@ def plot_map(
     found, labels = _in_metres(found, velocity)
     marks = {name: speed * (velocity or 1.0) for name, speed in (marks or {}).items()}
     with look.style():
-        figure, axes = look.figure(1, 2, width=10.5, height=4.2, sharey=True)
+        figure, axes = layout.figure(1, 2, width=10.5, height=4.6)
         draw(axes[0], found)
         _amplitudes(figure, axes[1], found)
         for panel in axes:
             _limits(panel, found)
             panel.set_xlabel(labels[0])
+            panel.set_ylabel(labels[1])
             panel.grid(False)
         _mark(axes, marks)
-        axes[0].set_ylabel(labels[1])
-        if title:
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
@@ -102,7 +92,6 @@ def _in_metres(found: FlutterMap, velocity: float | None) -> tuple[FlutterMap, l
 def draw(axes: Axes, found: FlutterMap) -> None:
     """The regions of a map."""
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
 
     names = [*STATES, "failed"]
     codes = np.where(found.state == FAILED, len(STATES), found.state)
@@ -110,21 +99,18 @@ def draw(axes: Axes, found: FlutterMap) -> None:
         edges(found.grid.x.values),
         edges(found.grid.y.values),
         codes.T,
-        cmap=ListedColormap([COLOURS[name] for name in names]),
+        cmap=ListedColormap([meaning.STATES[name] for name in names]),
         vmin=-0.5,
         vmax=len(names) - 0.5,
         rasterized=True,
     )
-    present = [name for k, name in enumerate(names) if np.any(codes == k)]
-    axes.legend(
-        handles=[
-            Patch(facecolor=COLOURS[name], edgecolor=look.GREY, label=NAMES.get(name, name))
-            for name in present
-        ],
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=len(present),
-    )
+    for k, name in enumerate(names):
+        if np.any(codes == k):
+            label = meaning.STATE_NAMES.get(name, name)
+            layout.name(
+                axes, label, marker="s", markersize=8, linestyle="none",
+                color=meaning.STATES[name], markeredgecolor=meaning.FAINT,
+            )  # fmt: skip
     _boundaries(axes, found)
 
 
@@ -145,7 +131,10 @@ def _boundaries(axes: Axes, found: FlutterMap) -> None:
         i, j = np.nonzero(np.isfinite(found.boundary_y))
         points.append((found.grid.x.values[i], found.boundary_y[i, j]))
     for across, up in points:
-        axes.plot(across, up, ".", color=look.BLACK, markersize=1.5, rasterized=True)
+        axes.plot(
+            across, up, ".", color=meaning.INK, markersize=1.5, rasterized=True,
+            label="refined boundary",
+        )  # fmt: skip
 
 
 def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
@@ -157,9 +146,11 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
         edges(found.grid.x.values),
         edges(found.grid.y.values),
         amplitude.T,
-        cmap="viridis",
+        cmap=meaning.VALUES,
         rasterized=True,
     )
+    axes.set_facecolor(NO_CYCLE)
+    axes.set_title("amplitude of limit cycles; none where it is blank", fontsize="medium")
     if not cycling.any():
         axes.text(0.5, 0.5, "no limit cycle", transform=axes.transAxes, ha="center", va="center")
         return
@@ -169,13 +160,7 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
     drawn.set_norm(LogNorm(least, most) if wide else Normalize(0.0, most))
     bar = figure.colorbar(drawn, ax=axes, label=SWEEP_PANELS["amplitude_deg"])
     if wide:
-        bar.ax.yaxis.set_major_formatter("{x:g}")
-        bar.ax.yaxis.set_minor_formatter(_minor)
-
-
-def _minor(value: float, _: float | None = None) -> str:
-    """Labels of a logarithmic axis between its decades: 2 and 5 of each."""
-    return f"{value:g}" if f"{value:e}"[0] in "25" else ""
+        layout.logarithmic(bar.ax.yaxis)
 
 
 def edges(centres: Array) -> Array:
@@ -195,22 +180,25 @@ def _limits(axes: Axes, found: FlutterMap) -> None:
 
 
 def _mark(axes: NDArray[np.object_], marks: Mapping[str, float]) -> None:
-    """Lines at speeds within the map, all of them named with their values above the last panel."""
-    from matplotlib.lines import Line2D
+    """Lines at speeds within the map, named with their values; they are seen on any colour."""
+    from matplotlib.patheffects import withStroke
 
-    handles = []
+    low, high = axes[0].get_xlim()
     for name, speed in marks.items():
-        colour, dashes = MARKS.get(name, (look.GREY, ":"))
-        line: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.1}
-        handles.append(Line2D([], [], label=f"{name} {speed:.5g}", **line))
+        if not low <= speed <= high:
+            continue
+        colour, dashes = MARKS.get(name, (meaning.INK, ":"))
+        line: dict[str, Any] = {"color": colour, "linestyle": dashes, "linewidth": 1.5}
         for panel in axes:
-            low, high = panel.get_xlim()
-            if low <= speed <= high:
-                panel.axvline(speed, **line)
-    if handles:
-        axes[-1].legend(
-            handles=handles, ncols=len(handles), loc="lower center", bbox_to_anchor=(0.5, 1.0)
-        )
+            drawn = panel.axvline(speed, label=f"{name} {speed:.5g}", **line)
+            drawn.set_path_effects([withStroke(linewidth=3.2, foreground="white")])
+
+
+def _colour(name: str, found: SweepResult) -> str:
+    """Of what a distribution is of: the linear system, or the method of the onset."""
+    if not name.startswith("onset"):
+        return meaning.INK
+    return meaning.EXACT if found.onset_method == "exact" else meaning.DESCRIBING
 
 
 ONSET = {"describing": "describing function", "exact": "exact"}
@@ -237,33 +225,35 @@ def plot_sweep(found: SweepResult, title: str = "", *, si: bool = True) -> Figur
     shown = [name for name in panels_of if found.of(name).size]
     panels = max(len(shown), 1)
     with look.style():
-        figure, axes = look.figure(1, panels, width=3.6 * panels + 0.4, height=3.4, squeeze=False)
+        figure, axes = layout.figure(1, panels, width=3.8 * panels + 0.4, height=3.7, squeeze=False)
         for panel, name in zip(axes[0], shown, strict=False):
-            _histogram(panel, found.of(name))
+            _histogram(panel, found.of(name), _colour(name, found))
             panel.set_xlabel(panels_of[name].format(ONSET.get(found.onset_method, "")))
-        axes[0][0].set_ylabel("sections")
-        if title:
-            look.headline(figure, title)
+            panel.set_ylabel("sections")
+        layout.finish(figure, title)
     return figure
 
 
 def draw_sweep(axes: Axes, found: SweepResult, *, si: bool = True) -> None:
     """The distribution of the flutter speed."""
     name = "flutter_velocity_m_s" if si and found.of("flutter_velocity_m_s").size else ""
-    _histogram(axes, found.of(name or "flutter_speed"))
+    _histogram(axes, found.of(name or "flutter_speed"), meaning.INK)
     axes.set_xlabel(IN_METRES[name] if name else SWEEP_PANELS["flutter_speed"])
     axes.set_ylabel("sections")
 
 
-def _histogram(axes: Axes, values: Array) -> None:
+def _histogram(axes: Axes, values: Array, colour: str) -> None:
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     spread = float(np.ptp(values))
+    bars: dict[str, Any] = {"color": colour, "alpha": 0.45, "edgecolor": "white", "linewidth": 0.4}
     if spread <= 1e-9 * abs(middle):
         half = 0.1 * abs(middle) or 1.0
-        axes.hist(values, bins=9, range=(middle - half, middle + half), color=look.SKY)
+        axes.hist(values, bins=9, range=(middle - half, middle + half), **bars)
     else:
-        bins = int(np.clip(np.sqrt(values.size), 5, 60))
-        axes.hist(values, bins=bins, color=look.SKY, edgecolor="white", linewidth=0.4)
-    axes.axvspan(low, high, color=look.BLUE, alpha=0.08, linewidth=0)
-    axes.axvline(middle, color=look.BLUE, linewidth=1.2)
-    axes.set_title(f"median {middle:.4g}, 5 to 95 %: {low:.4g} to {high:.4g}", fontsize=8)
+        axes.hist(values, bins=int(np.clip(np.sqrt(values.size), 5, 60)), **bars)
+    axes.axvspan(
+        low, high, color=meaning.FAINT, alpha=meaning.SHADING, linewidth=0, label="5 to 95 %"
+    )
+    axes.axvline(middle, color=meaning.INK, linewidth=1.2, label="median")
+    layout.whole_numbers(axes.yaxis)
+    axes.set_title(f"median {middle:.4g}; {low:.4g} to {high:.4g}", fontsize="medium")

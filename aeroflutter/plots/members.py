@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
-from aeroflutter.results import fields_of
+from aeroflutter.plots.branches import Line, draw_line, frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["plot_members"]
 
-NAMED = 8  # members that are named in a legend
-ONSETS = (("onset", look.BLACK, "lowest cycle"), ("stable_onset", look.BLUE, "lowest stable cycle"))
+NAMED = 8  # members that are named in a legend; more have a scale of colours
 
 
 def plot_members(found: Members, title: str = "", *, si: bool = True) -> Figure:
@@ -43,15 +43,18 @@ def plot_members(found: Members, title: str = "", *, si: bool = True) -> Figure:
         return plot_onsets(found, title, si=si)
     linear = hasattr(found.members[0].result, "roots")
     with look.style():
-        figure, panels = look.figure(1, 3 if linear else 2, width=10.5 if linear else 9.4)
+        figure, panels = layout.figure(
+            1, 3 if linear else 2, width=10.5 if linear else 9.4, height=4.3
+        )
         if linear:
             _frequency(panels[0], found, si)
             _damping(panels[1], found, si)
         else:
             draw(panels[0], found, si=si)
         _against(panels[-1], found, linear, si)
-        if title:
-            look.headline(figure, title)
+        if len(found.members) > NAMED:
+            _scale(figure, found)
+        layout.finish(figure, title)
     return figure
 
 
@@ -65,39 +68,45 @@ def draw(axes: Axes, found: Members, *, si: bool = True) -> None:
     if hasattr(found.members[0].result, "roots"):
         _damping(axes, found, si)
         return
+    every: list[Line] = []
     for member, colour in _coloured(found):
         across = _across(found, member, si)
-        axes.plot([], [], color=colour, label=f"{member.value:g}")
+        _name(axes, found, member, colour)
         for speed, amplitude, stable in _lines(member):
-            for run, solid in look.segments(stable):
-                axes.plot(
-                    (speed / across.unit)[run], np.degrees(amplitude)[run],
-                    "-" if solid else "--", color=colour,
-                )  # fmt: skip
-    axes.set_xlabel(across.label)
-    axes.set_ylabel(look.AMPLITUDE)
-    axes.set_title("stable solid, unstable dashed")
-    _limits(axes, found, si)
-    _legend(axes, found)
+            one = Line(speed / across.unit, np.degrees(amplitude), stable)
+            draw_line(axes, one, colour)
+            every.append(one)
+    if every:
+        layout.stability(axes)
+    frame(axes, every, across, _flutter(found, si))
 
 
 def _coloured(found: Members) -> list[tuple[Member, Any]]:
     """Members with their colours, dark to light as the value grows."""
+    shade = _shades(found)
+    return [(member, shade.to_rgba(member.value)) for member in found.members]
+
+
+def _shades(found: Members) -> Any:
+    """The scale of colours over the values of the key, without its lightest end."""
     from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
 
     values = [member.value for member in found.members]
-    order = np.argsort(np.argsort(values)) / max(len(values) - 1, 1)
-    return [
-        (member, colormaps["viridis"](0.88 * place))
-        for member, place in zip(found.members, order, strict=True)
-    ]
+    dark = ListedColormap(colormaps[meaning.VALUES](np.linspace(0.0, 0.88, 256)))
+    return ScalarMappable(Normalize(min(values), max(values)), dark)
+
+
+def _scale(figure: Figure, found: Members) -> None:
+    figure.colorbar(_shades(found), ax=figure.axes, label=found.key)
 
 
 def _across(found: Members, member: Member, si: bool) -> look.Airspeed:
     """Members with scales of their own are compared in m/s; without, in U*, which is one unit."""
     if si:
         return look.Airspeed.of(None, member.case.scale)
-    flutter = {fields_of(one.result).get("flutter_speed") for one in found.members}
+    flutter = {_flutter_of(one.result) for one in found.members}
     return look.Airspeed.of(flutter.pop() if len(flutter) == 1 else None)
 
 
@@ -119,27 +128,6 @@ def _lines(member: Member) -> list[tuple[Array, Array, Array]]:
     return [(result.speed[at], result.amplitude[at], result.stable[at]) for at in parts]
 
 
-def _limits(axes: Axes, found: Members, si: bool) -> None:
-    """Around the lowest cycles: near flutter amplitudes grow without bound."""
-    onsets = []
-    for member in found.members:
-        onset = fields_of(member.result)["onset"]
-        if onset:
-            onsets.append((onset["speed"] / _across(found, member, si).unit, onset))
-    if not onsets:
-        return
-    low = min(speed for speed, _ in onsets)
-    flutters = [
-        fields_of(one.result).get("flutter_speed") or np.nan for one in found.members
-    ]  # fmt: skip
-    units = [_across(found, member, si).unit for member in found.members]
-    ends = np.array(flutters) / units
-    high = float(np.nanmax(ends)) if np.isfinite(ends).any() else axes.get_xlim()[1]
-    axes.set_xlim(low - 0.06 * (high - low), high + 0.04 * (high - low))
-    top = max(float(onset["amplitude_deg"]) for _, onset in onsets)
-    axes.set_ylim(0.0, min(12.0 * top, axes.get_ylim()[1]))
-
-
 def _frequency(axes: Axes, found: Members, si: bool) -> None:
     for member, colour in _coloured(found):
         roots, speeds = member.result.roots, member.result.speeds
@@ -148,6 +136,7 @@ def _frequency(axes: Axes, found: Members, si: bool) -> None:
         up = np.where(roots.imag > 0, roots.imag, np.nan)
         shown = scale.frequency_hz(up, speeds[:, None]) if si else up * speeds[:, None]
         axes.plot(speeds / across.unit, shown, color=colour)
+        _name(axes, found, member, colour)
     axes.set_xlabel(across.label)
     axes.set_ylabel(look.HERTZ if si else look.FREQUENCY_RATIO)
     axes.set_ylim(bottom=0)
@@ -159,39 +148,64 @@ def _damping(axes: Axes, found: Members, si: bool) -> None:
         roots = member.result.roots
         across = look.Airspeed.of(None, member.case.scale if si else None)
         ratio = np.where(roots.imag > 0, -roots.real / np.maximum(np.abs(roots), 1e-300), np.nan)
-        lines = axes.plot(member.result.speeds / across.unit, ratio, color=colour)
-        lines[0].set_label(f"{member.value:g}")
-    axes.axhline(0.0, color=look.BLACK, linewidth=0.7)
+        axes.plot(member.result.speeds / across.unit, ratio, color=colour)
+        _name(axes, found, member, colour)
+    axes.axhline(0.0, color=meaning.FAINT, linewidth=0.9)
     axes.set_xlabel(across.label)
     axes.set_ylabel("damping ratio")
     axes.set_title("damping")
-    _legend(axes, found)
 
 
-def _legend(axes: Axes, found: Members) -> None:
+def _name(axes: Axes, found: Members, member: Member, colour: Any) -> None:
+    """The legend's line of a member, where there are few."""
     if len(found.members) <= NAMED:
-        axes.legend(title=found.key.rpartition(".")[2], loc="upper left")
+        key = found.key.rpartition(".")[2]
+        layout.name(axes, f"{key} = {member.value:g}", color=colour)
+
+
+def _flutter(found: Members, si: bool) -> float | None:
+    """The flutter speed of all members, U*, where it is one place on their axis."""
+    speeds = {_flutter_of(one.result) for one in found.members}
+    across = {_across(found, one, si) for one in found.members}
+    return speeds.pop() if len(speeds) == len(across) == 1 else None
+
+
+def _flutter_of(result: Any) -> float | None:
+    first = result[0] if isinstance(result, tuple) else result
+    if hasattr(first, "roots"):
+        return None if first.flutter is None else float(first.flutter.speed)
+    found: float | None = first.flutter_speed
+    return found
+
+
+def _speed_of(result: Any, name: str) -> float:
+    """The lowest speed U* of this name that a result has, or NaN."""
+    parts = result if isinstance(result, tuple) else (result,)
+    found = [one for one in (getattr(part, name) for part in parts) if one is not None]
+    speeds = [one if isinstance(one, float) else getattr(one, "cycle", one).speed for one in found]
+    return min(speeds, default=np.nan)
 
 
 def _against(axes: Axes, found: Members, linear: bool, si: bool) -> None:
     """Airspeeds that matter against the key."""
     kinds = (
-        (("flutter", look.BLACK, "flutter"), ("divergence", look.PURPLE, "divergence"))
+        {"flutter": ("o-", "flutter"), "divergence": ("s--", "divergence")}
         if linear
-        else ONSETS
+        else meaning.LOWEST
     )
     value = [member.value for member in found.members]
     units = [_across(found, member, si).unit for member in found.members]
-    for name, colour, label in kinds:
-        records = [fields_of(member.result).get(name) for member in found.members]
+    low, high = np.inf, -np.inf
+    for name, (mark, label) in kinds.items():
         speed = [
-            np.nan if record is None else record["speed"] / unit
-            for record, unit in zip(records, units, strict=True)
+            _speed_of(member.result, name) / unit
+            for member, unit in zip(found.members, units, strict=True)
         ]
         if np.isfinite(speed).any():
-            axes.plot(value, speed, "o-", color=colour, label=label)
+            axes.plot(value, speed, mark, color=meaning.INK, markerfacecolor="white", label=label)
+            low, high = min(low, np.nanmin(speed)), max(high, np.nanmax(speed))
     axes.set_xlabel(found.key)
     axes.set_ylabel(_across(found, found.members[0], si).label)
-    axes.set_ylim(bottom=0)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend()
+    if low <= high:
+        room = 0.4 * max(high - low, 0.05 * high)
+        axes.set_ylim(max(0.0, low - room), high + 0.5 * room)

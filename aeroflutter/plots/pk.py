@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 
 if TYPE_CHECKING:
@@ -30,28 +31,34 @@ def plot_pk(result: PKResult, title: str = "", others: tuple[Crossing, ...] = ()
         Of the approximation, marked beside those of the table.
     """
     with look.style():
-        figure, axes = look.figure(1, 2, width=9.0, height=3.8)
+        figure, axes = layout.figure(1, 2, width=9.0, height=4.2)
         for j in range(result.roots.shape[1]):
-            colour = look.CYCLE[j % len(look.CYCLE)]
-            dashes = "-" if j < len(look.CYCLE) else "--"
+            colour = meaning.SERIES[j % len(meaning.SERIES)]
+            dashes = "-" if j < len(meaning.SERIES) else "--"
+            layout.name(axes[0], f"mode {j + 1}", color=colour, linestyle=dashes)
             for one, values in zip(axes, (result.damping, result.frequency_hz), strict=True):
                 inside = np.where(result.outside[:, j], np.nan, values[:, j])
                 one.plot(result.speeds, values[:, j], color=colour, alpha=0.3, linestyle=dashes)
                 one.plot(result.speeds, inside, color=colour, linestyle=dashes)
-        _mark(axes, result.crossings, result.semichord, "x", look.BLACK, "table (p-k)")
-        _mark(axes, others, result.semichord, "o", look.GREY, "approximation")
+        _mark(
+            axes,
+            result.crossings,
+            result.semichord,
+            "x",
+            "crossing of the table (p-k)",
+        )
+        _mark(axes, others, result.semichord, "o", "crossing of the approximation")
         low = float(np.nanmin(result.damping, initial=-0.1))
-        axes[0].axhline(0.0, color=look.BLACK, linewidth=0.7)
+        axes[0].axhline(0.0, color=meaning.FAINT, linewidth=0.9)
         axes[0].set_ylim(max(low, -0.5), max(0.1, min(0.3, float(np.nanmax(result.damping)))))
         axes[0].set_ylabel(r"damping $g = 2\,\mathrm{Re}\,\lambda/|\mathrm{Im}\,\lambda|$")
         axes[1].set_ylabel("frequency (Hz)")
         axes[1].set_ylim(bottom=0.0)
         for one in axes:
             one.set_xlabel("airspeed $V$ (m/s)")
-        if result.crossings or others:
-            axes[0].legend(loc="lower left")
-        if title:
-            look.headline(figure, title)
+        if result.outside.any():
+            layout.name(axes[0], "beyond the table", color=meaning.INK, alpha=0.3)
+        layout.finish(figure, title)
     return figure
 
 
@@ -60,7 +67,6 @@ def _mark(
     crossings: tuple[Crossing, ...],
     semichord: float,
     marker: str,
-    colour: str,
     label: str,
 ) -> None:
     if not crossings:
@@ -73,38 +79,41 @@ def _mark(
             speeds,
             values,
             marker,
-            color=colour,
+            color=meaning.INK,
             markersize=8 if ring else 6,
-            markerfacecolor="none" if ring else colour,
+            markerfacecolor="none" if ring else meaning.INK,
+            linestyle="none",
             label=label,
+            zorder=3,
         )
 
 
 def plot_fit(fit: Fit, title: str = "") -> Figure:
     """The error at every reduced frequency, and the largest entries of Q with what fits them."""
     with look.style():
-        figure, axes = look.figure(1, 3, width=11.0, height=3.8)
+        figure, axes = layout.figure(1, 3, width=11.0, height=4.0)
         k = fit.forces.k
-        axes[0].semilogy(k, np.maximum(fit.errors, 1e-16), "o-", color=look.BLUE, markersize=4)
+        axes[0].plot(k, np.maximum(fit.errors, 1e-16), "o-", color=meaning.INK, markersize=4)
+        layout.logarithmic(axes[0].yaxis)
         for root in fit.distinct_roots:
-            axes[0].axvline(root, color=look.GREY, linewidth=0.5, linestyle=":")
+            layout.mark_speed(axes[0], root, "lag roots", linewidth=0.7)
         axes[0].set_xlim(left=0.0, right=1.05 * k[-1])
         axes[0].set_ylabel("relative error of $Q$")
         sizes = np.abs(fit.forces.Q).max(axis=0)
         order = np.argsort(sizes, axis=None)[::-1][:_MOST_ENTRIES]
         dense = np.linspace(0.0, float(k[-1]), 300)
         curve = fit(dense)
-        for colour, place in zip(look.CYCLE, order, strict=False):
+        for colour, place in zip(meaning.SERIES, order, strict=False):
             i, j = np.unravel_index(place, sizes.shape)
             label = f"$Q_{{{i + 1},{j + 1}}}$"
             for one, part in ((axes[1], np.real), (axes[2], np.imag)):
                 one.plot(k, part(fit.forces.Q[:, i, j]), "o", color=colour, markersize=3.5)
                 one.plot(dense, part(curve[:, i, j]), color=colour, label=label)
-        axes[1].set_ylabel("real part (line: approximation)")
+        axes[1].set_ylabel("real part")
         axes[2].set_ylabel("imaginary part")
-        axes[1].legend(loc="best")
+        layout.name(axes[1], "table", color=meaning.INK, marker="o", linestyle="none")
+        layout.name(axes[1], "approximation", color=meaning.INK)
         for one in axes:
-            one.set_xlabel("reduced frequency $k$ (dotted: lag roots)" if one is axes[0] else "$k$")
-        if title:
-            look.headline(figure, title)
+            one.set_xlabel("reduced frequency $k$")
+        layout.finish(figure, title)
     return figure

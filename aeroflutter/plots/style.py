@@ -1,38 +1,27 @@
-"""One look for every figure: colour-blind-safe colours, symbols as the field writes them."""
+"""One look for every figure: fonts, lines, labels as the field writes them; how they are saved."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.errors import InputError
+from aeroflutter.plots import meaning
 from aeroflutter.results.fields import FIELDS
 from aeroflutter.results.fields import FREQUENCY as FREQUENCY_KIND
 from aeroflutter.results.fields import SPEED as SPEED_KIND
 from aeroflutter.results.fields import TIME as TIME_KIND
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from aeroflutter.model.section import Scale
-
-# Okabe and Ito's palette: distinguishable with any colour vision and in grey
-BLUE = "#0072B2"
-ORANGE = "#E69F00"
-GREEN = "#009E73"
-VERMILION = "#D55E00"
-PURPLE = "#CC79A7"
-SKY = "#56B4E9"
-BLACK = "#222222"
-GREY = "#8A8A8A"
-CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 
 SPEED, SPEED_RATIO, AMPLITUDE, PITCH, MOMENT, HEAVE, TIME, FREQUENCY_RATIO = (
     FIELDS[name].axis
@@ -45,17 +34,6 @@ SPEED, SPEED_RATIO, AMPLITUDE, PITCH, MOMENT, HEAVE, TIME, FREQUENCY_RATIO = (
 VELOCITY, HERTZ, SECONDS = (
     kind.si.axis if kind.si else "" for kind in (SPEED_KIND, FREQUENCY_KIND, TIME_KIND)
 )
-
-SYMBOLS = {  # what keys and plain titles call by name
-    "omega_bar": r"$\bar\omega$",
-    "delta_v": r"$\Delta V$",
-    "delta_h": r"$\Delta H$",
-    "V_off": r"$V_\mathrm{off}$",
-    "H_off": r"$H_\mathrm{off}$",
-    "beta3": r"$\beta_3$",
-    "rad^2": r"rad$^2$",
-    "lco": "limit cycle",
-}
 
 _RC: dict[str, Any] = {
     "font.size": 9.0,
@@ -72,6 +50,9 @@ _RC: dict[str, Any] = {
     "ytick.labelsize": 8.0,
     "legend.fontsize": 8.0,
     "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "legend.columnspacing": 1.4,
+    "legend.labelspacing": 0.3,
     "lines.linewidth": 1.4,
     "lines.markersize": 4.0,
     "figure.dpi": 160,
@@ -81,29 +62,62 @@ _RC: dict[str, Any] = {
 }
 
 
+_SMALL: dict[str, Any] = {  # of figures of a stated width, whose text is read at that size
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "legend.fontsize": 7.0,
+    "legend.title_fontsize": 7.0,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 3.5,
+}
+WIDTHS = (60.0, 400.0)  # mm
+WIDTH: ContextVar[float | None] = ContextVar(
+    "width", default=None
+)  # mm; None: as each figure likes
+
+
 @contextmanager
 def style() -> Iterator[None]:
     """Draw under the project's style, leaving matplotlib's settings as they were."""
     import matplotlib
     from cycler import cycler
 
-    settings: Any = {**_RC, "axes.prop_cycle": cycler(color=CYCLE)}
+    settings: Any = {**_RC, "axes.prop_cycle": cycler(color=meaning.SERIES)}
+    if WIDTH.get() is not None:
+        settings |= _SMALL
     with matplotlib.rc_context(settings):
         yield
 
 
-def figure(
-    rows: int = 1, columns: int = 1, *, width: float = 6.4, height: float = 4.0, **keywords: Any
-) -> tuple[Figure, Any]:
-    """A figure without a window, and its axes as ``Figure.subplots`` gives them."""
-    from matplotlib.figure import Figure
+@contextmanager
+def sized(millimetres: float | None) -> Iterator[None]:
+    """Make figures as wide as a column of a journal: 85 and 180 mm are the usual ones.
 
-    drawing = Figure(figsize=(width, height), layout="constrained")
-    return drawing, drawing.subplots(rows, columns, **keywords)
+    Raises
+    ------
+    InputError
+        If that is no width for a figure.
+    """
+    low, high = WIDTHS
+    if millimetres is not None and not low <= millimetres <= high:
+        raise InputError(f"width: must be {low:g} to {high:g} mm, not {millimetres:g}")
+    before = WIDTH.set(millimetres)
+    try:
+        yield
+    finally:
+        WIDTH.reset(before)
 
 
-def save(drawing: Figure, path: Path, dpi: int = 150) -> None:
-    """Write a figure, the same bytes every time: no clock, no random identifiers."""
+def save(drawing: Figure, path: Path, dpi: int | None = None) -> None:
+    """Write a figure, the same bytes every time: no clock, no random identifiers.
+
+    By 150 dots an inch, or by 600 where its width is that of a printed column.
+    """
+    if dpi is None:
+        dpi = 150 if WIDTH.get() is None else 600
     clock = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
     with style():
         drawing.savefig(path, dpi=dpi, metadata={clock: None} if clock else None)
@@ -122,6 +136,12 @@ class Airspeed:
         if scale is not None:
             return cls(scale.speed(1.0), VELOCITY)
         return cls(1.0, SPEED) if flutter is None else cls(flutter, SPEED_RATIO)
+
+    def said(self, speed: float) -> str:
+        """An airspeed U* in words, for a legend."""
+        unit = " m/s" if self.label == VELOCITY else ""
+        name = "$U^*$ = " if self.label == SPEED else ""
+        return f"{name}{speed / self.unit:.4g}{unit}"
 
 
 @dataclass(frozen=True)
@@ -156,31 +176,6 @@ class Clock:
 def literal(text: str) -> str:
     """Words of the user's own, in which a dollar is a dollar and no formula."""
     return text.replace("$", r"\$")
-
-
-def headline(drawing: Figure, text: str) -> None:
-    """The title of a whole figure, on as many lines as its width makes of it, in symbols."""
-    lines = wrap(text, int(12 * drawing.get_figwidth()))
-    named = rf"\b(?:{'|'.join(map(re.escape, SYMBOLS))})\b"
-    title = re.sub(named, lambda found: SYMBOLS[found[0]], "\n".join(lines))
-    drawing.suptitle(title, fontsize=10.5)
-
-
-def mark_speed(axes: Axes, speed: float, text: str, *, colour: str = GREY) -> None:
-    """A thin vertical line at a speed, labelled inside the top of the axes."""
-    axes.axvline(speed, color=colour, linewidth=0.8, linestyle=":")
-    axes.annotate(
-        text,
-        (speed, 1.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(-3, -4),
-        textcoords="offset points",
-        rotation=90,
-        ha="right",
-        va="top",
-        fontsize=7.5,
-        color=colour,
-    )
 
 
 def segments(flags: np.ndarray) -> list[tuple[slice, bool]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.motion.spectra import LEAST_SAMPLES, poincare_section, power_spectrum
+from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 
 if TYPE_CHECKING:
@@ -24,14 +25,6 @@ PITCH_RATE = r"pitch rate $\alpha'$ (deg per {})"
 TAU = look.Clock()
 MOST_POINTS = 20_000  # a line of more is drawn by its envelope
 UNSETTLED = ("divergent", "undecided", "neutral")
-STATE_COLOURS = {
-    "damped": look.GREY,
-    "lco": look.BLUE,
-    "aperiodic": look.VERMILION,
-    "divergent": look.PURPLE,
-    "undecided": look.ORANGE,
-    "neutral": look.GREEN,
-}
 
 
 def plot_response(
@@ -54,12 +47,12 @@ def plot_response(
         return plot_overview(response, title, clock)
     paint, width, height, rows = FIGURES[kind]
     with look.style():
-        figure, axes = look.figure(rows, 1, width=width, height=height, sharex=rows > 1)
+        figure, axes = layout.figure(rows, 1, width=width, height=height, sharex=rows > 1)
         panels = np.atleast_1d(axes)
         paint(panels, response, clock)
         if title:
             panels[0].set_title("")  # the headline says what it is
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
@@ -68,14 +61,20 @@ def plot_overview(response: Response, title: str = "", clock: look.Clock = TAU) 
     from matplotlib.figure import Figure
 
     with look.style():
-        figure = Figure(figsize=(10.0, 7.2), layout="constrained")
-        grid = figure.add_gridspec(3, 4, height_ratios=(1.0, 1.0, 1.6))
+        small = (_spring_path, _phase_plane, _spectrum, _poincare)
+        asked = look.WIDTH.get()
+        across = next(n for n in (4, 2, 1) if layout.panels_across(n) == n)
+        width = 10.0 if asked is None else asked / layout.INCH
+        below = len(small) // across
+        height = 7.4 if asked is None else min(2.4 + below * 0.85 * width / across, 9.5)
+        figure = Figure(figsize=(width, height), layout="constrained")
+        grid = figure.add_gridspec(2 + below, across, height_ratios=(1.0, 1.0, *([1.6] * below)))
         top = figure.add_subplot(grid[0, :])
         _traces(np.array([top, figure.add_subplot(grid[1, :], sharex=top)]), response, clock)
-        for column, paint in enumerate((_spring_path, _phase_plane, _spectrum, _poincare)):
-            paint(np.array([figure.add_subplot(grid[2, column])]), response, clock)
-        if title:
-            look.headline(figure, title)
+        for place, paint in enumerate(small):
+            axes = figure.add_subplot(grid[2 + place // across, place % across])
+            paint(np.array([axes]), response, clock)
+        layout.finish(figure, title)
     return figure
 
 
@@ -96,10 +95,9 @@ def plot_sweeps(
         Of the speed axis.
     """
     with look.style():
-        figure, axes = look.figure(width=6.4, height=4.2)
+        figure, axes = layout.figure(width=6.4, height=4.4)
         draw_sweeps(axes, sweeps, reference, label)
-        if title:
-            look.headline(figure, title)
+        layout.finish(figure, title)
     return figure
 
 
@@ -107,7 +105,6 @@ def draw_sweeps(axes: Axes, sweeps: Sequence[Sweep], reference: float, label: st
     """The same into axes."""
     for one in sweeps:
         _sweep(axes, one, reference)
-    _state_legend(axes, {state for one in sweeps for state in one.state})
     axes.set_xlabel(label)
     axes.set_ylabel(look.AMPLITUDE)
     axes.set_ylim(bottom=0)
@@ -116,7 +113,7 @@ def draw_sweeps(axes: Axes, sweeps: Sequence[Sweep], reference: float, label: st
 def draw(axes: Axes, response: Response, clock: look.Clock = TAU) -> None:
     """Pitch against time into axes."""
     time, pitch = _thinned(response.time, np.degrees(response.pitch))
-    axes.plot(time / clock.second, pitch, color=look.BLUE, linewidth=0.9)
+    axes.plot(time / clock.second, pitch, color=meaning.EXACT, linewidth=0.9)
     axes.set_xlabel(clock.time)
     axes.set_ylabel(look.PITCH)
 
@@ -135,10 +132,10 @@ def _traces(axes: Any, response: Response, clock: look.Clock) -> None:
     """Pitch above heave against time (thesis figures 4.1-4.7)."""
     time, pitch, heave = _thinned(response.time, np.degrees(response.pitch), response.heave)
     time = time / clock.second
-    axes[0].plot(time, pitch, color=look.BLUE, linewidth=0.9)
+    axes[0].plot(time, pitch, color=meaning.EXACT, linewidth=0.9)
     axes[0].set_ylabel(look.PITCH)
     axes[0].tick_params(labelbottom=False)
-    axes[1].plot(time, heave, color=look.VERMILION, linewidth=0.9)
+    axes[1].plot(time, heave, color=meaning.EXACT, linewidth=0.9)
     axes[1].set_ylabel(look.HEAVE)
     axes[1].set_xlabel(clock.time)
     axes[1].set_xlim(time[0], time[-1])
@@ -165,8 +162,11 @@ def _phase_plane(axes: Any, response: Response, clock: look.Clock) -> None:
 def _path(axes: Axes, x: Real, y: Real, response: Response) -> None:
     """The transient faint, the steady part over it and filling half of the frame."""
     late = _late(response)
-    axes.plot(x[: late.start + 1], y[: late.start + 1], color=look.SKY, linewidth=0.5, alpha=0.7)
-    axes.plot(x[late], y[late], color=look.BLUE, linewidth=1.3)
+    axes.plot(
+        x[: late.start + 1], y[: late.start + 1], color=meaning.FAINT, linewidth=0.5, alpha=0.6,
+        label="from the start",
+    )  # fmt: skip
+    axes.plot(x[late], y[late], color=meaning.EXACT, linewidth=1.3, label="the end of the motion")
     if response.state not in ("lco", "aperiodic"):
         return
     for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
@@ -183,7 +183,8 @@ def _spectrum(axes: Any, response: Response, clock: look.Clock) -> None:
     k = clock.hertz(spectrum.k)
     density = spectrum.density * np.degrees(1.0) ** 2 / clock.hertz(1.0)
     top = float(density.max())
-    axes[0].semilogy(k[1:], density[1:], color=look.BLUE, linewidth=1.0)
+    axes[0].plot(k[1:], density[1:], color=meaning.EXACT, linewidth=1.0)
+    axes[0].set_yscale("log")
     axes[0].set_xlabel(clock.frequency)
     unit = "Hz" if clock.frequency == look.HERTZ else "unit $k$"
     axes[0].set_ylabel(rf"PSD of pitch (deg$^2$ per {unit})")
@@ -202,7 +203,7 @@ def _poincare(axes: Any, response: Response, _: look.Clock) -> None:
     pitch = np.degrees(section.pitch)
     names = section.state_names
     heave = section.states[:, names.index("xi")] if "xi" in names else np.zeros(pitch.size)
-    axes[0].plot(pitch, heave, ".", color=look.BLUE, markersize=3.5)
+    axes[0].plot(pitch, heave, ".", color=meaning.EXACT, markersize=3.5)
     _open_up(axes[0], pitch, heave)
     axes[0].set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
     axes[0].set_ylabel(look.HEAVE)
@@ -246,7 +247,7 @@ def _thinned(time: Real, *signals: Real) -> tuple[Real, ...]:
 def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
     speed, amplitude = one.speeds / reference, np.degrees(one.amplitude)
     line: dict[str, Any] = {
-        "color": look.BLACK,
+        "color": meaning.INK,
         "linewidth": 0.8,
         "linestyle": "-" if one.upward else "--",
     }
@@ -255,7 +256,13 @@ def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
     label = "speed rising" if one.upward else "speed falling"
     axes.plot(speed, np.where(settled, amplitude, np.nan), label=label, **line)
     for state in sorted(set(one.state)):
-        mark: dict[str, Any] = {"marker": "^" if one.upward else "v", "color": STATE_COLOURS[state]}
+        mark: dict[str, Any] = {
+            "marker": "^" if one.upward else "v",
+            "color": meaning.STATES[state],
+            "markeredgecolor": meaning.INK,
+            "markeredgewidth": 0.5,
+            "label": f"{meaning.STATE_NAMES.get(state, state)}, {'up' if one.upward else 'down'}",
+        }
         pick = kinds == state
         if state in UNSETTLED:  # of no size of its own: along the top
             top = np.ones(int(pick.sum()))
@@ -268,15 +275,8 @@ def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
             "",
             xy=(jump.after / reference, np.degrees(jump.amplitude_after)),
             xytext=(jump.before / reference, np.degrees(jump.amplitude_before)),
-            arrowprops={"arrowstyle": "-|>", "color": look.VERMILION, "linewidth": 1.2},
+            arrowprops={"arrowstyle": "-|>", "color": meaning.INK, "linewidth": 1.0},
         )
-
-
-def _state_legend(axes: Axes, states: set[str]) -> None:
-    for state in STATE_COLOURS:
-        if state in states:
-            axes.plot([], [], "o", color=STATE_COLOURS[state], label=state)
-    axes.legend(loc="best")
 
 
 Draw = Callable[[Any, "Response", look.Clock], None]

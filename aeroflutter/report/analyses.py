@@ -29,6 +29,7 @@ from aeroflutter.studies.maps import (
     flutter_map,
 )
 from aeroflutter.studies.maps.engines import MARCH
+from aeroflutter.studies.maps.grid import ratios_around, round_values
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
@@ -290,22 +291,10 @@ def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns
         low, high = (
             (low, min(high, FASTEST)) if onset is None else (0.8 * onset, min(2.0 * onset, high))
         )
-        return Axis("speed", _round_values(low, high, columns))
+        return Axis("speed", round_values(low, high, columns))
     if onset is None:
-        return Axis("speed_ratio", _round_values(0.9, 1.1, columns))
-    first = onset / locus.flutter.speed
-    high = 1.0 + 0.25 * (1.0 - first) if first < 0.98 else max(1.5, 1.25 * first)
-    low = max(0.05, first - 0.3 * (high - first))
-    return Axis("speed_ratio", _round_values(low, high, columns))
-
-
-def _round_values(low: float, high: float, most: int) -> Array:
-    """At most so many round values, equally spaced, that cover a range."""
-    for step in (n * 10.0**power for power in range(-4, 3) for n in (1.0, 2.0, 2.5, 5.0)):
-        first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
-        if last - first < most:
-            break
-    return np.round(step * np.arange(max(first, 1.0), last + 1.0), 6)
+        return Axis("speed_ratio", round_values(0.9, 1.1, columns))
+    return Axis("speed_ratio", ratios_around(onset / locus.flutter.speed, columns))
 
 
 def _pitches(case: Case, options: ReportOptions, rows: int) -> Array:

@@ -70,12 +70,12 @@ function marks(pairs) {
 
 // ---------------------------------------------------------------- section and linear flutter
 
-const MODES = ["exact", "df", "hb", "other"];
+const MODES = 5; // colours of modes, which come round again
 
 function drawSpring() {
   const { pitch, moment } = data.spring;
   draw("plot-spring", [{ x: pitch, y: moment, mode: "lines",
-    line: { color: colour("line-exact"), width: 2 },
+    line: { color: colour("ink"), width: 2 },
     hovertemplate: "pitch %{x:.4g}°<br>moment %{y:.4g}°<extra></extra>" }],
     axis("pitch (deg)"), axis("restoring moment (deg)"), heading("spring"));
 }
@@ -85,7 +85,7 @@ function drawLocus() {
   const hertz = html(frequency);
   const each = (x, y, template) => modes.map((mode, n) => ({
     x: typeof x === "string" ? mode[x] : x, y: mode[y], mode: "lines", name: `mode ${n + 1}`,
-    customdata: speeds, line: { color: colour(`line-${MODES[n % 4]}`), width: 2 },
+    customdata: speeds, line: { color: colour(`line-mode-${n % MODES}`), width: 2 },
     hovertemplate: template }));
   const growing = crossings.filter((one) => one.growing);
   const top = flutter === null ? undefined : 3 * growing[0].k;
@@ -213,7 +213,7 @@ function drawMap() {
     return place < 0 ? null : place;
   });
   const steps = MAPPED.flatMap((name, n) =>
-    [[n / 5, colour(`state-${name}`)], [(n + 1) / 5, colour(`state-${name}`)]]);
+    [n, n + 1].map((edge) => [edge / MAPPED.length, colour(`state-${name}`)]));
   const words = turned(state, (code, i, j) => cellWords(i, j).replaceAll("; ", "<br>"));
   const common = { x: across(), y: y.values, type: "heatmap", xgap: 1, ygap: 1, text: words,
     hovertemplate: "%{text}<extra></extra>", hoverongaps: false };
@@ -222,7 +222,7 @@ function drawMap() {
   const some = cycles.flat().some((value) => value !== null);
   const ticks = [-2, -1, 0, 1, 2].flatMap((power) => [1, 1.5, 2, 3, 5, 7].map((n) => n * 10 ** power));
   draw("plot-map", [
-    { ...common, z: codes, zmin: -0.5, zmax: 4.5, colorscale: steps, showscale: false },
+    { ...common, z: codes, zmin: -0.5, zmax: MAPPED.length - 0.5, colorscale: steps, showscale: false },
     { ...common, z: cycles, colorscale: "Viridis", showscale: some,
       colorbar: { tickvals: ticks.map(Math.log10), ticktext: ticks.map((value) => number(value, 2)),
         title: { text: "amplitude (deg)", side: "right", font: { size: 12 } },
@@ -282,7 +282,7 @@ function drawMotion() {
     line: line(name), ...more });
   draw("plot-traces", [
     trace("pitch", "line-exact", { hovertemplate: "τ = %{x:.5g}<br>pitch %{y:.5g}°<extra></extra>" }),
-    trace("heave", "line-other", { yaxis: "y2",
+    trace("heave", "line-exact", { yaxis: "y2",
       hovertemplate: "τ = %{x:.5g}<br>heave %{y:.5g}<extra></extra>" }),
   ], axis("time τ", { anchor: "y2" }), axis("pitch (deg)", { domain: [0.54, 1] }),
   { yaxis2: axis("heave ξ = h/b", { domain: [0, 0.46] }), margin: { l: 68, r: 12, t: 8, b: 44 },

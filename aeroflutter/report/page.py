@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from aeroflutter import __version__
 from aeroflutter.errors import InputError
-from aeroflutter.plots import style as look
-from aeroflutter.plots.maps import COLOURS
+from aeroflutter.plots import meaning
 from aeroflutter.report.sketch import sketch
 
 if TYPE_CHECKING:
@@ -114,11 +113,18 @@ def _json(value: Any) -> str:
 
 def _colours() -> str:
     """The palette of every other figure, as properties of the page."""
-    named = {"exact": look.BLUE, "hb": look.GREEN, "df": look.ORANGE, "other": look.PURPLE}
+    named = {
+        "exact": meaning.EXACT,
+        "hb": meaning.HARMONIC,
+        "df": meaning.DESCRIBING,
+        "proved": meaning.PROVED,
+        "warning": meaning.WARNING,
+        **{f"mode-{n}": colour for n, colour in enumerate(meaning.SERIES)},
+    }
     return "".join(
         [":root{"]
         + [f"--{name}:{colour};" for name, colour in named.items()]
-        + [f"--cell-{name}:{colour};" for name, colour in COLOURS.items()]
+        + [f"--cell-{name}:{colour};" for name, colour in meaning.STATES.items()]
         + ["}\n"]
     )
 

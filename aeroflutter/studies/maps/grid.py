@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from aeroflutter.errors import InputError
 from aeroflutter.limits import within
 
-__all__ = ["Axis", "Block", "Grid"]
+__all__ = ["Axis", "Block", "Grid", "ratios_around", "round_values"]
 
 Array = NDArray[np.float64]
 
@@ -132,3 +132,26 @@ class Grid:
         nx, ny = block.shape
         x = np.repeat(self.x.values[block.x], ny)
         return x, np.tile(self.y.values[block.y], nx)
+
+
+def ratios_around(onset: float, most: int) -> Array:
+    """Speed ratios of a map: from below an onset of limit cycles to above flutter.
+
+    Parameters
+    ----------
+    onset : float
+        U*/U*_L of the onset.
+    most : int
+        How many at most.
+    """
+    high = 1.0 + 0.25 * (1.0 - onset) if onset < 0.98 else max(1.5, 1.25 * onset)
+    return round_values(max(0.05, onset - 0.3 * (high - onset)), high, most)
+
+
+def round_values(low: float, high: float, most: int) -> Array:
+    """At most so many round values, equally spaced, that cover a range."""
+    for step in (n * 10.0**power for power in range(-4, 3) for n in (1.0, 2.0, 2.5, 5.0)):
+        first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
+        if last - first < most:
+            break
+    return np.round(step * np.arange(max(first, 1.0), last + 1.0), 6)
