@@ -30,11 +30,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.model.lure import LureSystem
+    from aeroflutter.motion.smooth_laws import SmoothLoop
     from aeroflutter.springs import PieceTable, Spring
 
     Array = NDArray[np.float64]
 
-__all__ = ["Basin", "Loop", "absolutely_stable", "basins_of", "smooth_basin"]
+__all__ = ["Basin", "Loop", "absolutely_stable", "basins_of", "joint_basin", "smooth_basin"]
 
 ROUND_OFF = 1e-12  # of a rest, in sizes of the law
 NEAR = 0.1  # distance of a rest from the nearest corner over that from the next
@@ -154,6 +155,52 @@ def smooth_basin(system: LureSystem, spring: Spring, y: float, size: float) -> B
             form = absolutely_stable(loop, low, high, float(room))
             if form is not None:
                 return Basin(x, form, y)
+    return None
+
+
+def joint_basin(loop: SmoothLoop, x: Array) -> Basin | None:
+    """Basin of a rest of several laws without memory, as wide as one of a few.
+
+    Within a distance of every output the laws differ from their tangents F' by φ_i of a cone,
+    |φ_i| <= κ_i |e_i|. V = eᵀ P e falls for all of them if, with any τ_i > 0,
+
+        [ KᵀP + P K + Σ τ_i κ_i² c_iᵀ c_i     -P B      ]
+        [ -Bᵀ P                               -diag(τ)  ]
+
+    is negative definite, K being the matrix of small motions. P solves Lyapunov's equation.
+
+    Parameters
+    ----------
+    loop
+        The loop.
+    x
+        Where it rests, (n,).
+    """
+    from scipy.linalg import solve_continuous_lyapunov
+
+    K, y = loop.linear(x), loop.system.C @ x
+    values = np.linalg.eigvals(K)
+    if not values.real.max() < -DEFINITE * np.abs(values).max():
+        return None
+    unit = balance(K)
+    D, B, C = K * unit[None, :] / unit[:, None], loop.system.B / unit[:, None], loop.system.C * unit
+    P = solve_continuous_lyapunov(D.T, -np.eye(x.size))
+    P = 0.5 * (P + P.T)
+    F, slopes = loop.moments(y), loop.slopes(y)
+    scales = np.array([one.scale for one in loop.springs])
+    for part in ROOMS:
+        e = part * scales[:, None] * SAMPLES
+        chords = [
+            (np.asarray(one.moment(at + away)) - force) / away - slope
+            for one, at, away, force, slope in zip(loop.springs, y, e, F, slopes, strict=True)
+        ]
+        kappa = (1.0 + SPREAD) * np.max(np.abs(chords), axis=1) + 1e-9 * (1.0 + np.abs(slopes))
+        tau = np.linalg.norm(P @ B, axis=0) / (kappa * np.linalg.norm(C, axis=1))
+        cone = (C.T * (tau * kappa**2)) @ C
+        falls = np.block([[D.T @ P + P @ D + cone, -P @ B], [-(P @ B).T, -np.diag(tau)]])
+        if _definite(-falls) and _definite(P):
+            reach = np.sum(C.T * np.linalg.solve(P, C.T), axis=0) / (part * scales) ** 2
+            return Basin(x, P * float(reach.max()) / np.outer(unit, unit), float(y[0]))
     return None
 
 

@@ -10,10 +10,12 @@ from aeroflutter.motion.exponents import Exponents, measured
 from aeroflutter.motion.tangents import BLOCKS, growth
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
@@ -21,7 +23,7 @@ __all__ = ["exponents"]
 
 
 def exponents(
-    system: LureSystem, spring: Spring, state: Array, memory: float, count: int
+    system: AnySystem, spring: Springs, state: Array, memory: Any, count: int
 ) -> Exponents | None:
     """The largest Lyapunov exponent over the next so many maxima; None if the motion ends before.
 
@@ -34,12 +36,12 @@ def exponents(
     count
         Maxima of y.
     """
-    from aeroflutter.springs import straight
+    from aeroflutter.springs import each, straight
 
-    if straight(spring):
+    if all(map(straight, each(spring))):
         from aeroflutter.motion.flow import Flow
 
-        return growth(Flow(system, [spring]), state, memory, count)
+        return growth(Flow(system, each(spring)), state, memory, count)
     from aeroflutter.motion.chaos.growth import Landing
     from aeroflutter.motion.chaos.smooth import SmoothEngine
 

@@ -15,12 +15,13 @@ from aeroflutter.motion.parting import exponents
 from aeroflutter.motion.response import SimulateOptions, State
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from typing import Any
 
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.lure import AnySystem, LureSystem
+    from aeroflutter.motion.exponents import Exponents
     from aeroflutter.motion.flow import Flow
     from aeroflutter.springs import Spring
 
@@ -80,7 +81,7 @@ class Watch:
     ranges: list[tuple[float, float]] = field(default_factory=list)
     envelope: Envelope = field(default_factory=Envelope)
     loose: Array = field(default_factory=lambda: np.empty(0))
-    basins: dict[float, Basin | None] = field(default_factory=dict)
+    basins: dict[object, Basin | None] = field(default_factory=dict)
 
     @classmethod
     def over(
@@ -283,18 +284,26 @@ class Watch:
         envelope, cycles = self.envelope, self.turns // 2
         if envelope.change().moving and not envelope.flat:
             return None
-        found = exponents(self.system, self.spring, state, memory, min(envelope.loops, MEASURED))
+        found = self._parting(state, memory, min(envelope.loops, MEASURED))
         if found is None:
             return None
         said = f"bounded, its envelope stationary over {cycles} cycles"
         if envelope.chaotic(found):
             return Verdict("aperiodic", f"{said}, neighbours part: exponent {found.values[0]:.3g}")
         if envelope.loops >= PATIENT * self.options.cycles and envelope.stationary():
-            slopes = closed_slopes(self.spring, float(self.system.c @ state))
-            if lossless(np.array([self.system.closed(slope) for slope in slopes])):
+            if self._lossless(state):
                 return Verdict("neutral", "nothing is damped: the motion neither settles nor grows")
             return Verdict("aperiodic", f"{said}, neighbours neither part nor meet")
         return None
+
+    def _parting(self, state: Array, memory: float, count: int) -> Exponents | None:
+        """How fast neighbours part over so many maxima."""
+        return exponents(self.system, self.spring, state, memory, count)
+
+    def _lossless(self, state: Array) -> bool:
+        """Whether nothing is damped."""
+        slopes = closed_slopes(self.spring, float(self.system.c @ state))
+        return lossless(np.array([self.system.closed(slope) for slope in slopes]))
 
 
 def _loops(count: int) -> str:
@@ -315,10 +324,11 @@ def closed_slopes(spring: Spring, pitch: float) -> tuple[float, ...]:
     return tuple(sorted(finite))
 
 
-def period_range(system: LureSystem, slopes: tuple[float, ...]) -> tuple[float, float]:
+def period_range(system: AnySystem, slopes: Sequence[Any]) -> tuple[float, float]:
     """Shortest and longest period of oscillation over the linear pieces, τ; NaN without any.
 
-    Roots that decay or grow by more than a factor exp(2π) in a turn do not count as oscillations.
+    `slopes` holds what `system.closed` takes, once a piece. Roots that decay or grow by more than a
+    factor exp(2π) in a turn do not count as oscillations.
     """
     roots = np.concatenate([np.linalg.eigvals(system.closed(slope)) for slope in slopes])
     frequencies = np.abs(roots.imag)

@@ -1,4 +1,4 @@
-"""Springs without linear pieces (cubic), under the same end states as the others."""
+"""Laws without straight pieces (cubic), alone or beside others, under the same end states."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aeroflutter.motion.response import MOST_SAMPLES, Response, traces
-from aeroflutter.motion.settling import Verdict, Watch, closed_slopes, period_range
+from aeroflutter.motion.settling import Verdict, period_range
 from aeroflutter.motion.smooth_cycle import settled_cycle
-from aeroflutter.motion.smooth_steps import Limits, Stretch, stepper
+from aeroflutter.motion.smooth_laws import SmoothLoop
+from aeroflutter.motion.smooth_steps import Limits, Stretch, stepper_of
+from aeroflutter.motion.smooth_watch import JointWatch, slopes_of, watch_over
+from aeroflutter.motion.swings import rows_of, swings_of, unknown
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
+    from aeroflutter.model.lure import AnySystem
     from aeroflutter.motion.response import SimulateOptions
-    from aeroflutter.springs import Spring
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
@@ -34,10 +39,16 @@ KEPT = 40  # windows of a motion of which no record is wanted
 
 
 def march(
-    system: LureSystem, spring: Spring, state: Array, memory: float, options: SimulateOptions
+    system: AnySystem, spring: Springs, state: Array, memory: Any, options: SimulateOptions
 ) -> Response:
-    """March by Taylor series or DOP853; see `motion.response.simulate`."""
-    run = _Run(system, spring, state, memory, options)
+    """March by Taylor series or DOP853; see `motion.response.simulate`.
+
+    Raises
+    ------
+    InputError
+        If one of several springs has a memory or jumps.
+    """
+    run = _Run(SmoothLoop.of(system, spring), state, memory, options)
     run.go()
     return run.response()
 
@@ -46,22 +57,16 @@ class _Run:
     """One march, shown to the watch a window at a time."""
 
     def __init__(
-        self,
-        system: LureSystem,
-        spring: Spring,
-        state: Array,
-        memory: float,
-        options: SimulateOptions,
+        self, loop: SmoothLoop, state: Array, memory: Any, options: SimulateOptions
     ) -> None:
-        self.system, self.spring, self.options, self.memory = system, spring, options, memory
-        slopes = closed_slopes(spring, float(system.c @ state))
-        shortest, longest = period_range(system, slopes)
+        self.loop, self.options, self.memory = loop, options, memory
+        shortest, longest = period_range(loop.system, slopes_of(loop, state))
         step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
         self.window = longest if np.isfinite(longest) else 100.0
-        self.watch = Watch.over(system, spring, state, options, RECURRENCE, DRIFT)
+        self.watch = watch_over(loop, state, options, RECURRENCE, DRIFT)
         dt = options.dt if options.record else max(options.dt, self.window / COARSE)
         self.limits = Limits(dt, self.watch.bound, self._longest(), self.watch.size, step)
-        self.motion = stepper(system, spring, state, self.limits)
+        self.motion = stepper_of(loop, state, self.limits)
         self.due = options.cycles
         self.samples: list[Array] = [state[None].astype(float)]
         self.verdict: Verdict | None = None
@@ -77,7 +82,7 @@ class _Run:
                 del self.samples[:-KEPT]
             verdict = self._judge(stretch)
             self.failure = stretch.failure
-            out = not abs(float(self.system.c @ self.motion.state)) <= self.watch.bound
+            out = not abs(self.loop.y(self.motion.state)) <= self.watch.bound
             self.verdict = verdict if out else self.verdict or verdict
             if out or self.failure or self._given_up():
                 return
@@ -102,24 +107,31 @@ class _Run:
         if self.options.progress:
             self.options.progress(min(1.0, self.motion.time / self.limits.time))
         with np.errstate(over="ignore", invalid="ignore"):
-            pitch = np.concatenate([stretch.samples, self.motion.state[None]]) @ self.system.c
+            pitch = (
+                np.concatenate([stretch.samples, self.motion.state[None]]) @ self.loop.system.C[0]
+            )
         times, values = stretch.turns.T
         seen = np.concatenate((pitch, values))
+        if isinstance(self.watch, JointWatch):
+            self.watch.here = self.motion.state
         found = self.watch.add(times, values, float(np.min(seen)), float(np.max(seen)))
         return found or self.watch.trapped(self.motion.state, self.memory)
 
     def response(self) -> Response:
         """The result, once the march is over."""
-        states, dt = np.concatenate(self.samples), self.limits.dt
+        states, dt, loop = np.concatenate(self.samples), self.limits.dt, self.loop
         verdict = self.verdict or self._last()
         kept = states if self.options.record else states[:0]
-        measures = self.watch.measures(verdict, lambda n: states[-n:] @ self.system.c, dt)
+        measures = self.watch.measures(verdict, lambda n: states[-n:] @ loop.system.C[0], dt)
         extras = {"loops": verdict.loops, "rtol": self.motion.tolerance}
         cycle = self._cycle(verdict, measures.get("period", np.nan))
         if cycle:
             extras["multiplier"] = cycle.pop("multiplier")
             if abs(extras["multiplier"] - 1.0) < CIRCLE:
                 verdict = Verdict("neutral", NEITHER)
+        low, high = cycle.pop("swings", None) or self._extremes(verdict, states)
+        coordinates, springs = swings_of(loop.system, low, high)
+        first = np.atleast_1d(self.memory)[0]
         return Response(
             state=verdict.state,
             reason=verdict.reason,
@@ -128,21 +140,35 @@ class _Run:
             final_state=self.motion.state.copy(),
             final_memory=self.memory,
             extras=extras,
+            coordinates=tuple(coordinates),
+            springs=tuple(springs),
             **(measures | cycle),
             **traces(
-                self.system,
-                self.spring,
+                loop.system,
+                loop.springs[0],
                 np.asarray(dt * np.arange(kept.shape[0]), dtype=np.float64),
                 kept,
-                np.full(kept.shape[0], self.memory),
+                np.full(kept.shape[0], first),
             ),
         )
 
-    def _cycle(self, verdict: Verdict, period: float) -> dict[str, float]:
+    def _extremes(self, verdict: Verdict, states: Array) -> tuple[Array, Array]:
+        """Lowest and highest of all coordinates and springs, of what settled on no cycle."""
+        if verdict.state == "divergent":
+            return unknown(self.loop.system)
+        if verdict.state == "damped":
+            rest = self.loop.rest_near(self.motion.state)
+            last = (self.motion.state if rest is None else rest)[None]
+        else:
+            last = states[-max(2, int(self.window / self.limits.dt)) :]
+        y = last @ rows_of(self.loop.system).T
+        return y.min(axis=0), y.max(axis=0)
+
+    def _cycle(self, verdict: Verdict, period: float) -> dict[str, Any]:
         """The cycle itself, if the motion has been seen to settle on one."""
         if verdict.state != "lco" or self.options.criteria == "thesis" or not np.isfinite(period):
             return {}
-        return settled_cycle(self.system, self.spring, self.motion.state, period, self.limits) or {}
+        return settled_cycle(self.loop, self.motion.state, period, self.limits) or {}
 
     def _last(self) -> Verdict:
         if self.failure:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.motion.smooth_steps import Limits, stepper
+from aeroflutter.motion.smooth_steps import Limits, stepper_of
+from aeroflutter.motion.swings import extremes, rows_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.motion.smooth_laws import SmoothLoop
 
     Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central differen
 
 
 def settled_cycle(
-    system: LureSystem, spring: Spring, state: Array, period: float, limits: Limits
+    loop: SmoothLoop, state: Array, period: float, limits: Limits
 ) -> dict[str, Any] | None:
     """Measures of the cycle next to a state, None if Newton's method does not find it.
 
@@ -40,11 +40,12 @@ def settled_cycle(
     Returns
     -------
     dict
-        amplitude, bias, period, first_harmonic and multiplier: the largest but the trivial one.
+        amplitude, bias, period, first_harmonic; multiplier: the largest but the trivial one;
+        swings: lowest and highest of all coordinates and springs.
     """
-    orbit = _Orbit(system, spring, limits)
+    orbit = _Orbit(loop, limits)
     x, T, sizes = state.copy(), period, orbit.sizes(state, period)
-    along = orbit.rate(x) / sizes**2
+    along = loop.rate(x) / sizes**2
     for _ in range(NEWTON):
         end = orbit.end(x, T)
         monodromy = orbit.monodromy(x, T, sizes)
@@ -54,7 +55,7 @@ def settled_cycle(
             return orbit.measures(x, T, monodromy) if close else None
         matrix = np.zeros((x.size + 1, x.size + 1))
         matrix[:-1, :-1] = monodromy - np.eye(x.size)
-        matrix[:-1, -1] = orbit.rate(end) / sizes
+        matrix[:-1, -1] = loop.rate(end) / sizes
         matrix[-1, :-1] = along * sizes
         step = np.linalg.lstsq(matrix, -np.append(left, 0.0), rcond=None)[0]
         x, T = x + sizes * step[:-1], T + float(step[-1])
@@ -64,22 +65,16 @@ def settled_cycle(
 
 
 class _Orbit:
-    """Motions of one system from any state for any time."""
+    """Motions of one loop from any state for any time."""
 
-    def __init__(self, system: LureSystem, spring: Spring, limits: Limits) -> None:
-        self.system, self.spring, self.limits = system, spring, limits
-        self.tolerance = stepper(system, spring, np.zeros(system.order), limits).tolerance
-
-    def rate(self, x: Array) -> Array:
-        """x'."""
-        y = float(self.system.c @ x)
-        return np.asarray(self.system.A @ x - self.system.b * float(self.spring.moment(y)))
+    def __init__(self, loop: SmoothLoop, limits: Limits) -> None:
+        self.loop, self.limits = loop, limits
+        self.tolerance = stepper_of(loop, np.zeros(loop.system.order), limits).tolerance
 
     def march(self, x: Array, time: float, dt: float) -> tuple[Array, Array, Array]:
         """Where a motion ends, its samples and its turning points."""
-        motion = stepper(
-            self.system, self.spring, x, self.limits._replace(dt=dt, bound=np.inf, time=time)
-        )
+        limits = self.limits._replace(dt=dt, bound=np.inf, time=time)
+        motion = stepper_of(self.loop, x, limits)
         stretch = motion.march(time)
         return motion.state, np.vstack((x, stretch.samples)), stretch.turns
 
@@ -102,7 +97,9 @@ class _Orbit:
         """What there is to say of a cycle."""
         _, samples, _ = self.march(x, period, period / SAMPLES)
         turns = self.march(x, 2.0 * period, period)[2][:, 1]
-        pitch = samples[:SAMPLES] @ self.system.c
+        pitch = samples[:SAMPLES] @ self.loop.system.C[0]
+        rates = np.array([self.loop.rate(one) for one in samples[: SAMPLES + 1]])
+        rows = rows_of(self.loop.system)
         multipliers = np.linalg.eigvals(monodromy)
         proper = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
         return {
@@ -111,4 +108,5 @@ class _Orbit:
             "period": period,
             "first_harmonic": 2.0 * float(np.abs(np.fft.rfft(pitch)[1])) / SAMPLES,
             "multiplier": float(np.abs(proper).max()),
+            "swings": extremes(samples[: SAMPLES + 1], rates, period / SAMPLES, rows),
         }

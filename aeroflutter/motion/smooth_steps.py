@@ -1,25 +1,26 @@
-"""Steps along a smooth spring's motion: Taylor series for polynomials, DOP853 for other laws."""
+"""Steps along a motion: Taylor series for laws of polynomial pieces, DOP853 for others."""
 
 from __future__ import annotations
 
-from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from aeroflutter.motion import _kernel_taylor as kernel
+from aeroflutter.motion.smooth_laws import SmoothLoop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.motion.smooth_laws import Pieces
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
-__all__ = ["Limits", "Stepper", "Stretch", "scalar_law", "stepper"]
+__all__ = ["Limits", "Stepper", "Stretch", "stepper", "stepper_of"]
 
 RTOL = 1e-11
 TURNS = 256  # turning points found before the kernel comes back for room
@@ -84,12 +85,16 @@ class Limits(NamedTuple):
     step: float
 
 
-def stepper(system: LureSystem, spring: Spring, state: Array, limits: Limits) -> Stepper:
-    """The stepper for a spring."""
-    powers = spring.polynomial()
-    if powers is not None:
-        return _Taylor(system, powers, state, limits)
-    return _Dop853(system, spring, state, limits)
+def stepper(system: AnySystem, spring: Springs, state: Array, limits: Limits) -> Stepper:
+    """The stepper of a system and its spring, or springs."""
+    return stepper_of(SmoothLoop.of(system, spring), state, limits)
+
+
+def stepper_of(loop: SmoothLoop, state: Array, limits: Limits) -> Stepper:
+    """The stepper of a loop."""
+    if loop.pieces is not None:
+        return _Taylor(loop, loop.pieces, state, limits)
+    return _Dop853(loop, state, limits)
 
 
 class _Taylor:
@@ -97,12 +102,11 @@ class _Taylor:
 
     tolerance = float(np.finfo(float).eps)
 
-    def __init__(
-        self, system: LureSystem, powers: tuple[float, ...], state: Array, limits: Limits
-    ) -> None:
-        self.law = system.A, system.b, system.c, np.array(powers)
+    def __init__(self, loop: SmoothLoop, pieces: Pieces, state: Array, limits: Limits) -> None:
+        system = loop.system
+        self.law = system.A, system.B, system.C, system.load, pieces.beta, pieces.edges
         self.time, self.state, self.limits = 0.0, state.astype(float), limits
-        self.slope = 0.0
+        self.rows, self.slope = pieces.rows(system.C @ state), 0.0
 
     def march(self, until: float) -> Stretch:
         """See `Stepper`."""
@@ -112,7 +116,16 @@ class _Taylor:
             room = np.empty((int((until - self.time) / dt) + 2, self.state.size))
             turn = np.empty((TURNS, 2))
             status, self.time, self.slope, count, found = kernel.march(
-                *self.law, self.state, self.time, until, self.slope, bound, dt, room, turn
+                *self.law,
+                self.rows,
+                self.state,
+                self.time,
+                until,
+                self.slope,
+                bound,
+                dt,
+                room,
+                turn,
             )
             samples.append(room[:count])
             turns.append(turn[:found])
@@ -125,13 +138,12 @@ class _Dop853:
 
     tolerance = RTOL
 
-    def __init__(self, system: LureSystem, spring: Spring, state: Array, limits: Limits) -> None:
+    def __init__(self, loop: SmoothLoop, state: Array, limits: Limits) -> None:
         from scipy.integrate import DOP853
 
-        self.system, self.limits, self.moment = system, limits, scalar_law(spring)
-        self.row, self.direct = system.c @ system.A, float(system.c @ system.b)
+        self.loop, self.limits = loop, limits
         self.solver: Any = DOP853(
-            self._rate, 0.0, state, limits.time,
+            lambda _, x: loop.rate(x), 0.0, state, limits.time,
             max_step=limits.step, rtol=RTOL, atol=RTOL * limits.size,
         )  # fmt: skip
         self.count = 1
@@ -156,12 +168,9 @@ class _Dop853:
                 dense = self.solver.dense_output()
                 samples.append(self._samples(dense))
                 turns += self._turns(dense)
-                if not abs(float(self.system.c @ self.state)) <= self.limits.bound:
+                if not abs(self.loop.y(self.state)) <= self.limits.bound:
                     break
         return Stretch(np.concatenate(samples), np.array(turns).reshape(-1, 2), failure)
-
-    def _rate(self, _: float, x: Array) -> Array:
-        return self.system.A @ x - self.system.b * self.moment(float(self.system.c @ x))
 
     def _samples(self, dense: Callable[[Any], Array]) -> Array:
         last = int(np.floor(self.time / self.limits.dt + 1e-9))
@@ -179,18 +188,9 @@ class _Dop853:
                 time = brentq(
                     lambda t: self._slope(dense(t)), grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14
                 )
-                found.append((float(time), float(self.system.c @ dense(time))))
+                found.append((float(time), self.loop.y(dense(time))))
         return found
 
     def _slope(self, x: Array) -> float:
-        """Slope y' = c A x - (c b) F(y)."""
-        slope = float(self.row @ x)
-        return slope - self.direct * self.moment(float(self.system.c @ x)) if self.direct else slope
-
-
-def scalar_law(spring: Spring) -> Callable[[float], float]:
-    """The moment of one pitch, without the cost of arrays where the law is known."""
-    powers = spring.polynomial()
-    if powers is not None:
-        return lambda y: reduce(lambda value, b: y * (b + value), reversed(powers), 0.0)
-    return lambda y: float(spring.moment(y))
+        """Slope y'."""
+        return self.loop.y(self.loop.rate(x))

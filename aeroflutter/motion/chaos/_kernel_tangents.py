@@ -1,7 +1,8 @@
-"""Compiled march of a motion with a polynomial spring and its tangents, by Taylor series.
+"""Compiled march of a motion with laws of polynomial pieces and its tangents, by Taylor series.
 
-δ' = (A - b F'(y) c) δ is linear along the motion: its coefficients follow from one another
-as those of the motion do, and its series converge as far.
+δ' = (A - B F'(y) C) δ is linear along the motion: its coefficients follow from one another
+as those of the motion do, and its series converge as far. Laws are continuous, so a change of the
+piece leaves the tangents as they are.
 """
 
 from __future__ import annotations
@@ -10,17 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
-from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2
+from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2, Whole1
 from aeroflutter.motion._kernel_taylor import (
     FULL,
+    IDLE,
     MOST_TURNS,
     ORDER,
     REACHED,
     STALLED,
     evaluate,
     expand,
+    first_leaving,
     nest,
     reach,
+    room_of,
     turning,
 )
 
@@ -30,9 +34,12 @@ Array = NDArray[np.float64]
 @kernel(entry=True)
 def march(
     A: Given2,
-    b: Given1,
-    c: Given1,
-    beta: Given1,
+    B: Given2,
+    C: Given2,
+    d: Given1,
+    beta: Given2,
+    edges: Given2,
+    rows: Whole1,
     x: Real1,
     tangents: Real2,
     time: float,
@@ -44,15 +51,15 @@ def march(
 
     Parameters
     ----------
-    A, b, c, beta
-        The system, and the coefficients β₁, β₂, … of the spring.
-    x, tangents
-        State and tangents at `time`, (n,) and (n, k), replaced by those reached.
+    A, B, C, d, beta, edges
+        The system, and the pieces of the laws; see `_kernel_taylor`.
+    rows, x, tangents
+        Pieces, state and tangents at `time`, (m,), (n,) and (n, k), replaced by those reached.
     slope
         Last y' that was not zero; 0 at the start.
     turns
         Filled with the time of every turning point, 1 at maxima and -1 at minima, and the state
-        there, (m, 2 + n).
+        there, (found, 2 + n).
 
     Returns
     -------
@@ -60,20 +67,21 @@ def march(
         How it ended and when; y' there; turning points written.
     """
     n, k = tangents.shape
-    X, Y, nested = np.empty((ORDER + 1, n)), np.empty(ORDER + 1), np.empty((beta.size, ORDER))
+    X, Y, nested = room_of(B.shape[1], n, beta.shape[1])
     D, flat = np.empty((ORDER + 1, n * k)), np.empty(n * k)
-    spots, found = np.empty(MOST_TURNS), 0
+    spots, found, idle = np.empty(MOST_TURNS), 0, 0
     while time < until:
         if found + MOST_TURNS > turns.shape[0]:
             return FULL, time, slope, found
-        expand(A, b, c, beta, x, X, Y, nested)
-        expand_tangents(A, b, c, beta, Y, nested, tangents, D)
-        step = min(reach(X), reach(D), until - time)
+        expand(A, B, C, d, beta, rows, x, X, Y, nested)
+        expand_tangents(A, B, C, beta, rows, Y, nested, tangents, D)
+        step, which, way = first_leaving(Y, edges, rows, min(reach(X), reach(D), until - time))
         end = until if step == until - time else time + step
-        if not end > time:
+        idle = 0 if end > time else idle + 1
+        if idle > IDLE or (idle > 0 and which < 0):
             return STALLED, time, slope, found
         side = np.sign(slope)
-        more, slope = turning(Y, step, slope, spots)
+        more, slope = turning(Y[0], step, slope, spots)
         for at in spots[:more]:
             turns[found, 0], turns[found, 1] = time + at, side
             evaluate(X, at, turns[found, 2:])
@@ -82,40 +90,48 @@ def march(
         evaluate(D, step, flat)
         tangents[:] = flat.reshape(n, k)
         time = end
+        if which >= 0:
+            rows[which] += way
     return REACHED, time, slope, found
 
 
 @kernel
 def expand_tangents(
     A: Array,
-    b: Array,
-    c: Array,
+    B: Array,
+    C: Array,
     beta: Array,
+    rows: NDArray[np.int64],
     Y: Array,
     nested: Array,
     tangents: Array,
     D: Array,
 ) -> None:
-    """Taylor coefficients of the tangents, (ORDER+1, n k), from those of y."""
-    n, k = tangents.shape
-    steep, flat = np.empty(beta.size), np.empty(ORDER)  # F' = β₁ + 2 β₂ y + 3 β₃ y² + …
-    for i in range(1, beta.size):
-        steep[i - 1] = (i + 1) * beta[i]
-    for m in range(ORDER):
-        flat[m] = beta[0] if m == 0 else 0.0
-        if beta.size > 1:
-            flat[m] = nest(steep[: beta.size - 1], beta[0], Y, m, nested)
+    """Taylor coefficients of the tangents, (ORDER+1, n k), from those of every y."""
+    (n, k), m, powers = tangents.shape, Y.shape[0], beta.shape[1] - 1
+    steep = np.empty((m, powers))  # F' = β₁ + 2 β₂ y + 3 β₃ y² + …
+    flat = np.zeros((m, ORDER))
+    for s in range(m):
+        for j in range(powers):
+            steep[s, j] = (j + 1) * beta[rows[s], j + 1]
+        flat[s, 0] = steep[s, 0]
+        if powers > 1:
+            for i in range(ORDER):
+                flat[s, i] = nest(steep, s, Y[s], i, nested[s])
     D[0] = tangents.copy().reshape(n * k)
-    pitch = np.zeros((ORDER, k))
-    for m in range(ORDER):
+    pitch, moments = np.zeros((m, ORDER, k)), np.empty(m)
+    for q in range(ORDER):
         for j in range(k):
+            for s in range(m):
+                for i in range(n):
+                    pitch[s, q, j] += C[s, i] * D[q, i * k + j]
+                moments[s] = 0.0
+                for i in range(q + 1):
+                    moments[s] += flat[s, i] * pitch[s, q - i, j]
             for i in range(n):
-                pitch[m, j] += c[i] * D[m, i * k + j]
-            moment = 0.0
-            for i in range(m + 1):
-                moment += flat[i] * pitch[m - i, j]
-            for i in range(n):
-                total = -b[i] * moment
+                total = 0.0
+                for s in range(m):
+                    total -= B[i, s] * moments[s]
                 for other in range(n):
-                    total += A[i, other] * D[m, other * k + j]
-                D[m + 1, i * k + j] = total / (m + 1)
+                    total += A[i, other] * D[q, other * k + j]
+                D[q + 1, i * k + j] = total / (q + 1)

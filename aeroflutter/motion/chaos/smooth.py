@@ -1,20 +1,23 @@
 """Tangents of springs without linear pieces.
 
-δ' = (A - F'(c x) b c) δ, integrated together with the motion and made orthonormal again once an
+δ' = (A - B F'(C x) C) δ, integrated together with the motion and made orthonormal again once an
 oscillation.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from aeroflutter.motion.chaos.growth import Growth, Landing, first_tangents
-from aeroflutter.motion.chaos.smooth_window import along, slope_law
+from aeroflutter.motion.chaos.smooth_window import along_loop, slope_law
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
-from aeroflutter.motion.settling import closed_slopes, period_range
+from aeroflutter.motion.settling import period_range
+from aeroflutter.motion.smooth_laws import SmoothLoop
+from aeroflutter.motion.smooth_watch import slopes_of
 from aeroflutter.motion.spectra import PoincareSection
 
 if TYPE_CHECKING:
@@ -22,8 +25,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
@@ -37,17 +40,22 @@ NO_PERIOD = 100.0  # τ, for systems that do not oscillate
 class SmoothEngine:
     """Taylor series for polynomials, SciPy's DOP853 for other laws; see `growth.Engine`."""
 
-    system: LureSystem
-    spring: Spring
+    system: AnySystem
+    spring: Springs
     progress: Callable[[float], None] | None = None
     name: str = "smooth"
+
+    @cached_property
+    def loop(self) -> SmoothLoop:
+        """The two of them."""
+        return SmoothLoop.of(self.system, self.spring)
 
     @property
     def default_cycles(self) -> int:
         """Maxima over which exponents are measured if nothing else is asked."""
-        return 20_000 if self.spring.polynomial() is not None else 1000
+        return 20_000 if self.loop.pieces is not None else 1000
 
-    def land(self, state: Array, memory: float) -> Landing:
+    def land(self, state: Array, memory: Any) -> Landing:
         """End state by the recurrence of the motion itself."""
         _, longest = self.periods(state)
         options = SimulateOptions(engine="exact", record=False, duration=WATCHED * longest)
@@ -60,13 +68,13 @@ class SmoothEngine:
 
     def periods(self, state: Array) -> tuple[float, float]:
         """Shortest and longest period of small oscillations at rest and about a state, τ."""
-        slopes = closed_slopes(self.spring, float(self.system.c @ state))
-        shortest, longest = period_range(self.system, slopes)
+        shortest, longest = period_range(self.loop.system, slopes_of(self.loop, state))
         return (shortest, longest) if np.isfinite(longest) else (NO_PERIOD, NO_PERIOD)
 
-    def slope(self, landing: Landing) -> float:
-        """Incremental slope at the pitch where the motion is."""
-        return slope_law(self.spring)(float(self.system.c @ landing.state_vector))
+    def slope(self, landing: Landing) -> Any:
+        """Incremental slope at the pitch where the motion is, of several springs (m,)."""
+        slopes = self.loop.slopes(self.loop.system.C @ landing.state_vector)
+        return slopes if slopes.size > 1 else float(slopes[0])
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
         """Follow the motion with `exponents` tangents over about `count` maxima."""
@@ -100,7 +108,7 @@ class _March:
         self.periodic = bool(np.isfinite(self.landing.period))
         loops = max(self.landing.loops, 1)
         self.window = self.landing.period / loops if self.periodic else shortest
-        self.motion = along(self.engine.system, self.engine.spring, self.x, self.window, shortest)
+        self.motion = along_loop(self.engine.loop, self.x, self.window, shortest)
         self.restart()
 
     def restart(self) -> None:
@@ -132,7 +140,7 @@ class _March:
     def _note(self, time: float, top: bool, x: Array) -> None:
         """Enter a turning point."""
         if not top:
-            self.trough = min(self.trough, float(self.engine.system.c @ x))
+            self.trough = min(self.trough, self.engine.loop.y(x))
             return
         self.tops.append(x)
         self.top_times.append(time)
@@ -144,9 +152,9 @@ class _March:
         states = np.array(self.tops).reshape(-1, self.x.size)
         section = PoincareSection(
             time=np.array(self.top_times),
-            pitch=states @ self.engine.system.c,
+            pitch=states @ self.engine.loop.system.C[0],
             states=states,
-            state_names=self.engine.system.state_names,
+            state_names=self.engine.loop.system.state_names,
         )
         return Growth(
             section=section, memory=np.zeros(states.shape[0]), troughs=np.array(self.troughs),

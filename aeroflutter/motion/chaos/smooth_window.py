@@ -1,33 +1,30 @@
-"""A window of a motion and its tangents: Taylor series for polynomials, DOP853 for others."""
+"""A window of a motion and its tangents: Taylor series for polynomial pieces, DOP853 for others."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from aeroflutter.motion._kernel_taylor import FULL
 from aeroflutter.motion.chaos import _kernel_tangents as kernel
-from aeroflutter.motion.smooth_steps import scalar_law
+from aeroflutter.motion.smooth_laws import SmoothLoop, slope_law
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.motion.smooth_laws import Pieces
+    from aeroflutter.springs import Springs
 
     Array = NDArray[np.float64]
 
-__all__ = ["along", "slope_law"]
+__all__ = ["along", "along_loop", "slope_law"]
 
 RTOL = 1e-9
 STEPS_A_PERIOD = 4
 TURNS = 64  # turning points found before the kernel comes back for room
-DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
 
 
 class Motion(Protocol):
@@ -40,7 +37,7 @@ class Motion(Protocol):
         """
 
 
-def along(system: LureSystem, spring: Spring, x: Array, window: float, shortest: float) -> Motion:
+def along(system: AnySystem, spring: Springs, x: Array, window: float, shortest: float) -> Motion:
     """The motion from a state in windows of one length.
 
     Parameters
@@ -48,27 +45,32 @@ def along(system: LureSystem, spring: Spring, x: Array, window: float, shortest:
     shortest
         Shortest period of oscillation; DOP853 takes steps in which no turning point hides.
     """
-    powers = spring.polynomial()
-    if powers is not None:
-        return _Series(system, powers, window)
+    return along_loop(SmoothLoop.of(system, spring), x, window, shortest)
+
+
+def along_loop(loop: SmoothLoop, x: Array, window: float, shortest: float) -> Motion:
+    """The same of a loop."""
+    if loop.pieces is not None:
+        return _Series(loop, loop.pieces, window)
     longest_step = min(window, shortest) / STEPS_A_PERIOD
-    return _Dop853(system, spring, window, longest_step, float(np.abs(x).max()) or 1.0)
+    return _Dop853(loop, window, longest_step, float(np.abs(x).max()) or 1.0)
 
 
 class _Series:
     """See `_kernel_tangents`."""
 
-    def __init__(self, system: LureSystem, powers: tuple[float, ...], window: float) -> None:
-        self.law = system.A, system.b, system.c, np.array(powers)
-        self.window, self.slope = window, 0.0
+    def __init__(self, loop: SmoothLoop, pieces: Pieces, window: float) -> None:
+        system = loop.system
+        self.law = system.A, system.B, system.C, system.load, pieces.beta, pieces.edges
+        self.pieces, self.window, self.slope = pieces, window, 0.0
 
     def __call__(self, x: Array, tangents: Array) -> tuple[Array, Array, Array]:
         x, tangents, time = x.copy(), np.ascontiguousarray(tangents), 0.0
-        turns, status = [], FULL
+        rows, turns, status = self.pieces.rows(self.law[2] @ x), [], FULL
         while status == FULL:
             room = np.empty((TURNS, 2 + x.size))
             status, time, self.slope, found = kernel.march(
-                *self.law, x, tangents, time, self.window, self.slope, room
+                *self.law, rows, x, tangents, time, self.window, self.slope, room
             )
             turns.append(room[:found])
         return x, tangents, np.concatenate(turns)
@@ -78,25 +80,19 @@ class _Series:
 class _Turn:
     """Slope y' of the motion, as an event of SciPy: falling at maxima, rising at minima."""
 
-    system: LureSystem
-    moment: Callable[[float], float]
+    loop: SmoothLoop
     direction: int
 
     def __call__(self, _: float, z: Array) -> float:
-        c, b = self.system.c, self.system.b
-        x = z.reshape(c.size, -1)[:, 0]
-        return float(c @ (self.system.A @ x)) - float(c @ b) * self.moment(float(c @ x))
+        loop = self.loop
+        return loop.y(loop.rate(z.reshape(loop.system.order, -1)[:, 0]))
 
 
 class _Dop853:
     """Motion and tangents as one vector."""
 
-    def __init__(
-        self, system: LureSystem, spring: Spring, window: float, longest_step: float, size: float
-    ) -> None:
-        self.A, self.b, self.c = system.A, system.b, system.c
-        self.moment, self.slope = scalar_law(spring), slope_law(spring)
-        self.turns = _Turn(system, self.moment, -1), _Turn(system, self.moment, 1)
+    def __init__(self, loop: SmoothLoop, window: float, longest_step: float, size: float) -> None:
+        self.loop, self.turns = loop, (_Turn(loop, -1), _Turn(loop, 1))
         self.window, self.longest_step, self.size = window, longest_step, size
         self.first_step: float | None = None
 
@@ -123,21 +119,8 @@ class _Dop853:
 
     def _rate(self, _: float, z: Array) -> Array:
         """Motion and tangents, (n (1 + k),)."""
-        columns = z.reshape(self.c.size, -1)
-        change = self.A @ columns
-        y = self.c @ columns
-        pitch = float(y[0])
-        y[0], y[1:] = self.moment(pitch), self.slope(pitch) * y[1:]
-        change -= np.outer(self.b, y)
+        loop = self.loop
+        columns = z.reshape(loop.system.order, -1)
+        change = loop.linear(columns[:, 0]) @ columns
+        change[:, 0] = loop.rate(columns[:, 0])
         return change.ravel()
-
-
-def slope_law(spring: Spring) -> Callable[[float], float]:
-    """Incremental slope of a smooth spring at one pitch."""
-    powers = spring.polynomial()
-    if powers is not None:
-        steep = [i * b for i, b in enumerate(powers, start=1)][::-1]
-        return lambda y: reduce(lambda value, b: value * y + b, steep, 0.0)
-    step = DIFFERENCE * spring.scale
-    law = scalar_law(spring)
-    return lambda y: (law(y + step) - law(y - step)) / (2.0 * step)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from aeroflutter.analysis import Result
-from aeroflutter.errors import InputError
-from aeroflutter.model.lure import LureSystem
 from aeroflutter.motion.chaos.options import ChaosOptions
 from aeroflutter.motion.entry import at_a_speed
 from aeroflutter.motion.exponents import Exponents, measured, of_eigenvalues
@@ -208,11 +205,6 @@ def _engine(system: AnySystem, spring: Springs, progress: Callable[[float], None
         from aeroflutter.motion.chaos.exact import ExactEngine
 
         return ExactEngine.of(system, simple)
-    if isinstance(simple, Sequence) or not isinstance(system, LureSystem):
-        raise InputError(
-            "spring: several springs of which one has no straight pieces are followed by "
-            "`simulate` and `hb` alone"
-        )
     from aeroflutter.motion.chaos.smooth import SmoothEngine
 
     return SmoothEngine(system, simple, progress)

@@ -140,10 +140,6 @@ class Search:
         self._entered: set[tuple[float, float]] = set()
         pieces = [_fit(one) for one in each(spring)]
         family, simple = reduced(family, pieces)
-        if len(simple) > 1 and any(one.piece_table() is None for one in simple):
-            raise InputError(
-                "springs: exact cycles of several want straight pieces; use `aeroflutter hb`"
-            )
         self.kept = [i for i, one in enumerate(pieces) if any(one is left for left in simple)]
         point = flutter_point(family)
         about = centre(family, simple)

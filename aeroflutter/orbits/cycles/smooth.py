@@ -1,4 +1,4 @@
-"""The flow of a polynomial spring at one speed, as shooting sees it: Taylor series to round-off."""
+"""The flow of laws without memory at one speed, as shooting sees it: Taylor series to round-off."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.model.family import Family
-from aeroflutter.model.lure import LureSystem
-from aeroflutter.motion.chaos.smooth_window import along, slope_law
+from aeroflutter.model.system import System
+from aeroflutter.motion.chaos.smooth_window import along_loop
 from aeroflutter.motion.flow import Passage, Trace
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
-from aeroflutter.motion.smooth_steps import Limits, scalar_law, stepper
+from aeroflutter.motion.smooth_laws import SmoothLoop
+from aeroflutter.motion.smooth_steps import Limits, stepper_of
 from aeroflutter.motion.swings import extremes
 
 if TYPE_CHECKING:
@@ -32,49 +33,44 @@ SAMPLES = 1024  # of a cycle, between which extremes are looked for
 
 
 class SmoothFlow:
-    """A polynomial spring at one speed: the same as `loop.Flow` of straight pieces.
+    """Laws without memory at one speed: the same as `loop.Flow` of straight pieces.
 
     Parameters
     ----------
     family, springs
-        What is closed by what, by one spring.
+        What is closed by what.
     speed
         U*.
     """
 
     def __init__(self, family: Family, springs: tuple[Spring, ...], speed: float) -> None:
-        if len(springs) != 1:
-            raise ConvergenceError("several springs of which one is smooth")
         self.A, self.B, self.C, self.d = family.stack(speed)
         self.dA, self.dB, _, _ = family.derivative(speed)
-        self.b, self.db, (spring,) = self.B[:, 0], self.dB[:, 0], springs
         if not np.all(np.isfinite(self.A)):
             raise ConvergenceError("the system is not finite at this speed")
-        if np.any(self.d):
-            raise ConvergenceError("a load on a smooth spring")
-        self.c, self.spring, self.speed = self.C[0], spring, speed
-        self._names = tuple(family.state_names)
-        self._law, self._slope = scalar_law(spring), slope_law(spring)
-        self.system = self._at(0.0)
+        self.springs, self.speed = springs, speed
+        self._named = family.names, family.units, family.state_names
+        self.loop = self._at(0.0)
 
-    def _at(self, step: float) -> LureSystem:
-        """The system at a speed that differs by so much, to first order."""
-        return LureSystem(self.A + step * self.dA, self.b + step * self.db, self.c, self._names)
+    def _at(self, step: float) -> SmoothLoop:
+        """The loop at a speed that differs by so much, to first order."""
+        A, B = self.A + step * self.dA, self.B + step * self.dB
+        return SmoothLoop.of(System(A, B, self.C, self.d, *self._named), self.springs)
 
     def rate(self, z: Array) -> Array:
         """z' at a point, (n,)."""
-        return np.asarray(self.A @ z - self.b * self._law(float(self.c @ z)))
+        return self.loop.rate(z)
 
     def moments(self, z: Array) -> tuple[Array, Array]:
-        """F at a point and its slope in y, (1,) each."""
-        y = float(self.c @ z)
-        return np.array([self._law(y)]), np.array([self._slope(y)])
+        """F at a point and its slope in y, (m,) each."""
+        y = self.C @ z
+        return self.loop.moments(y), self.loop.slopes(y)
 
     def passage(self, z: Array, duration: float) -> Passage:
         """The motion from z over a duration, linearised; see `motion.flow.Flow.passage`."""
         n = z.size
         jacobian = np.empty((n, n + 1))
-        motion = along(self.system, self.spring, z, duration, duration)
+        motion = along_loop(self.loop, z, duration, duration)
         end, jacobian[:, :n], _ = motion(z, np.eye(n))
         step = DIFFERENCE * abs(self.speed)
         rise = self._end(z, duration, step) - self._end(z, duration, -step)
@@ -84,8 +80,7 @@ class SmoothFlow:
         return Passage(end, jacobian, self.rate(end), ())
 
     def _end(self, z: Array, duration: float, step: float) -> Array:
-        limits = Limits(duration, HUGE, duration, 1.0, duration)
-        motion = stepper(self._at(step), self.spring, z, limits)
+        motion = stepper_of(self._at(step), z, Limits(duration, HUGE, duration, 1.0, duration))
         motion.march(duration)
         return motion.state
 
@@ -93,7 +88,7 @@ class SmoothFlow:
         """The motion from z over a duration, sampled; see `motion.flow.Flow.trace`."""
         size = float(np.max(np.abs(z))) or 1.0
         limits = Limits(duration / samples, HUGE, duration, size, duration)
-        motion = stepper(self.system, self.spring, z, limits)
+        motion = stepper_of(self.loop, z, limits)
         stretch = motion.march(duration)
         if stretch.failure or not np.all(np.isfinite(motion.state)):
             raise ConvergenceError("the motion does not stay bounded and regular over a period")
@@ -102,8 +97,8 @@ class SmoothFlow:
         if len(turns):  # maxima and minima take turns
             turns[1::2, 2] = -1.0
             turns[:, 2] *= -np.sign(self._bend(float(turns[0, 0]), z))
-        moments = np.array([self._law(float(y)) for y in states @ self.c])[:, None]
-        memory = np.zeros((len(states), 1))
+        moments = np.array([self.loop.moments(y) for y in states @ self.C.T])
+        memory = np.zeros((len(states), len(self.springs)))
         return Trace(motion.state, states, memory[:, 0], turns, np.empty((0, 6)), memory, moments)
 
     def extremes(self, z: Array, period: float, rows: Array) -> tuple[Array, Array]:
@@ -114,19 +109,15 @@ class SmoothFlow:
 
     def _bend(self, time: float, z: Array) -> float:
         """y'' at a time."""
-        limits = Limits(time or 1.0, HUGE, time, 1.0, time or 1.0)
-        motion = stepper(self.system, self.spring, z, limits)
+        motion = stepper_of(self.loop, z, Limits(time or 1.0, HUGE, time, 1.0, time or 1.0))
         motion.march(time)
-        x = motion.state
-        rate = self.rate(x)
-        change = self.A @ rate - self.b * self._slope(float(self.c @ x)) * float(self.c @ rate)
-        return float(self.c @ change)
+        return self.loop.bend(motion.state)
 
 
 def settled(flow: SmoothFlow, states: Array, duration: float) -> Iterator[tuple[Array, float]]:
     """Points and periods of the cycles that motions are seen to settle on, (k, n) starts."""
     options = SimulateOptions(record=False, duration=duration if np.isfinite(duration) else None)
     for state in states:
-        run = simulate(flow.system, flow.spring, Initial(state=state), options)
+        run = simulate(flow.loop.system, flow.springs, Initial(state=state), options)
         if run.state == "lco" and np.isfinite(run.period):
             yield run.final_state, run.period
