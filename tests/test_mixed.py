@@ -14,6 +14,7 @@ from aeroflutter import (
     InputError,
     Linear,
     Polynomial,
+    SectionFamily,
     System,
     Table,
     TypicalSection,
@@ -26,7 +27,7 @@ from aeroflutter.motion.chaos import ChaosOptions, chaos
 from aeroflutter.motion.smooth_laws import SmoothLoop
 from aeroflutter.orbits.cycles import cycle_near
 from aeroflutter.orbits.cycles.smooth import SmoothFlow
-from aeroflutter.orbits.harmonic import HarmonicOptions, solve_cycle
+from aeroflutter.orbits.harmonic import HarmonicOptions, sinusoid, solve_cycle
 from aeroflutter.orbits.result import Cycle
 
 SECTION = TypicalSection(omega_bar=0.6, zeta_xi=0.01, zeta_alpha=0.01)
@@ -138,6 +139,30 @@ def test_exponents_of_a_cycle_of_mixed_springs_are_its_multipliers():
     assert found.verdict == "periodic"
     expected = np.log(run.extras["multiplier"]) / run.period
     assert found.exponents.values[1] == pytest.approx(expected, rel=1e-2)
+
+
+class Sinh(Cubic):
+    """F = sinh(a y)/a, of which nothing but its values is known."""
+
+    kind = "sinh"
+
+    def moment(self, alpha, memory=0.0):
+        return np.sinh(6.0 * np.asarray(alpha, dtype=float)) / 6.0
+
+    def polynomial(self):
+        return None
+
+
+def test_the_exact_cycle_of_a_law_of_ones_own_is_that_of_harmonic_balance():
+    family, law = SectionFamily(TypicalSection(omega_bar=0.2)), Sinh(1.0, 6.0)
+    speed = 1.1 * flutter_speed(family)
+    options = HarmonicOptions(tolerance=1e-12)
+    balance = solve_cycle(family, law, sinusoid(0.2, 0.0, 0.08, speed), options=options)
+    exact = cycle_near(family, law, balance.motions[0], balance.omega, speed)
+    assert exact.closure < 1e-10
+    assert exact.omega == pytest.approx(balance.omega, rel=1e-12)
+    assert exact.first_harmonic == pytest.approx(balance.first_harmonic, rel=1e-8)
+    assert exact.multipliers == pytest.approx(balance.multipliers, abs=1e-5)
 
 
 @pytest.mark.parametrize("law", [Hysteresis(0.01, 0.02), Friction(0.01)])

@@ -123,7 +123,10 @@ def expand(
     X[0] = x
     for k in range(ORDER):
         for s in range(m):
-            Y[s, k] = np.sum(C[s] * X[k])
+            y = 0.0
+            for j in range(n):
+                y += C[s, j] * X[k, j]
+            Y[s, k] = y
             moments[s] = nest(beta, rows[s], Y[s], k, nested[s])
         for i in range(n):
             total = d[i] if k == 0 else 0.0

@@ -98,7 +98,7 @@ class _Orbit:
         _, samples, _ = self.march(x, period, period / SAMPLES)
         turns = self.march(x, 2.0 * period, period)[2][:, 1]
         pitch = samples[:SAMPLES] @ self.loop.system.C[0]
-        rates = np.array([self.loop.rate(one) for one in samples[: SAMPLES + 1]])
+        rates = self.loop.rates(samples[: SAMPLES + 1])
         rows = rows_of(self.loop.system)
         multipliers = np.linalg.eigvals(monodromy)
         proper = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))

@@ -133,6 +133,17 @@ class SmoothLoop:
         system = self.system
         return np.asarray(system.A @ x - system.B @ self.moments(system.C @ x) + system.load)
 
+    def forces(self, states: Array) -> Array:
+        """F at states (k, n), (k, m)."""
+        outputs = self.system.C @ states.T
+        pairs = zip(self.springs, outputs, strict=True)
+        return np.column_stack([np.asarray(one.moment(y)) for one, y in pairs])
+
+    def rates(self, states: Array) -> Array:
+        """x' at states (k, n)."""
+        system = self.system
+        return np.asarray(states @ system.A.T - self.forces(states) @ system.B.T + system.load)
+
     def linear(self, x: Array) -> Array:
         """The matrix of small motions about a state, (n, n)."""
         return self.system.closed(self.slopes(self.system.C @ x))

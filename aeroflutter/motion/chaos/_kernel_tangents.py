@@ -119,15 +119,17 @@ def expand_tangents(
             for i in range(ORDER):
                 flat[s, i] = nest(steep, s, Y[s], i, nested[s])
     D[0] = tangents.copy().reshape(n * k)
-    pitch, moments = np.zeros((m, ORDER, k)), np.empty(m)
+    pitch, moments = np.empty((m, ORDER, k)), np.empty(m)
     for q in range(ORDER):
         for j in range(k):
             for s in range(m):
+                y, moment = 0.0, 0.0
                 for i in range(n):
-                    pitch[s, q, j] += C[s, i] * D[q, i * k + j]
-                moments[s] = 0.0
+                    y += C[s, i] * D[q, i * k + j]
+                pitch[s, q, j] = y
                 for i in range(q + 1):
-                    moments[s] += flat[s, i] * pitch[s, q - i, j]
+                    moment += flat[s, i] * pitch[s, q - i, j]
+                moments[s] = moment
             for i in range(n):
                 total = 0.0
                 for s in range(m):

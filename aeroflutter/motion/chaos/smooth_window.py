@@ -48,12 +48,15 @@ def along(system: AnySystem, spring: Springs, x: Array, window: float, shortest:
     return along_loop(SmoothLoop.of(system, spring), x, window, shortest)
 
 
-def along_loop(loop: SmoothLoop, x: Array, window: float, shortest: float) -> Motion:
-    """The same of a loop."""
+def along_loop(
+    loop: SmoothLoop, x: Array, window: float, shortest: float, rtol: float = RTOL
+) -> Motion:
+    """The same of a loop; DOP853 marches at the tolerance `rtol`."""
     if loop.pieces is not None:
         return _Series(loop, loop.pieces, window)
     longest_step = min(window, shortest) / STEPS_A_PERIOD
-    return _Dop853(loop, window, longest_step, float(np.abs(x).max()) or 1.0)
+    size = float(np.abs(x).max()) or 1.0
+    return _Dop853(loop, window, longest_step, size, rtol)
 
 
 class _Series:
@@ -91,9 +94,12 @@ class _Turn:
 class _Dop853:
     """Motion and tangents as one vector."""
 
-    def __init__(self, loop: SmoothLoop, window: float, longest_step: float, size: float) -> None:
+    def __init__(
+        self, loop: SmoothLoop, window: float, longest_step: float, size: float, rtol: float
+    ) -> None:
         self.loop, self.turns = loop, (_Turn(loop, -1), _Turn(loop, 1))
         self.window, self.longest_step, self.size = window, longest_step, size
+        self.rtol = rtol
         self.first_step: float | None = None
 
     def __call__(self, x: Array, tangents: Array) -> tuple[Array, Array, Array]:
@@ -104,7 +110,7 @@ class _Dop853:
         scale[:, 0] = self.size
         found: Any = solve_ivp(
             self._rate, (0.0, self.window), start.ravel(), method="DOP853",
-            events=self.turns, rtol=RTOL, atol=RTOL * scale.ravel(),
+            events=self.turns, rtol=self.rtol, atol=self.rtol * scale.ravel(),
             max_step=self.longest_step, first_step=self.first_step,
         )  # fmt: skip
         self.first_step = float(np.median(np.diff(found.t)))

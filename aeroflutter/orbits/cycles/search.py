@@ -138,7 +138,7 @@ class Search:
         self._seeds = self._astray = 0
         self._rng = np.random.default_rng(0)  # one search is like another
         self._entered: set[tuple[float, float]] = set()
-        pieces = [_fit(one) for one in each(spring)]
+        pieces = [simplify(one) for one in each(spring)]
         family, simple = reduced(family, pieces)
         self.kept = [i for i, one in enumerate(pieces) if any(one is left for left in simple)]
         point = flutter_point(family)
@@ -447,16 +447,6 @@ def _left_out(family: Family) -> str:
 
 def _key(place: Place) -> tuple[float, float]:
     return place.cycle.speed, place.cycle.amplitude
-
-
-def _fit(spring: Spring) -> Spring:
-    simple = simplify(spring)
-    if simple.piece_table() is None and simple.polynomial() is None:
-        raise InputError(
-            f"spring.kind: {spring.kind!r} is neither of straight pieces nor a polynomial; its "
-            "limit cycles are found by harmonic balance: use `aeroflutter hb`"
-        )
-    return simple
 
 
 def describing_points(frame: Frame, options: CycleOptions) -> list[tuple[float, ...]]:

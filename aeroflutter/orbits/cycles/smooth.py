@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SmoothFlow", "settled"]
 
+CLOSE = 1e-12  # tolerance of DOP853, where there are no series: cycles close to ten digits
 DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
 HUGE = 1e100
 SAMPLES = 1024  # of a cycle, between which extremes are looked for
@@ -70,7 +71,7 @@ class SmoothFlow:
         """The motion from z over a duration, linearised; see `motion.flow.Flow.passage`."""
         n = z.size
         jacobian = np.empty((n, n + 1))
-        motion = along_loop(self.loop, z, duration, duration)
+        motion = along_loop(self.loop, z, duration, duration, CLOSE)
         end, jacobian[:, :n], _ = motion(z, np.eye(n))
         step = DIFFERENCE * abs(self.speed)
         rise = self._end(z, duration, step) - self._end(z, duration, -step)
@@ -97,15 +98,14 @@ class SmoothFlow:
         if len(turns):  # maxima and minima take turns
             turns[1::2, 2] = -1.0
             turns[:, 2] *= -np.sign(self._bend(float(turns[0, 0]), z))
-        moments = np.array([self.loop.moments(y) for y in states @ self.C.T])
+        moments = self.loop.forces(states)
         memory = np.zeros((len(states), len(self.springs)))
         return Trace(motion.state, states, memory[:, 0], turns, np.empty((0, 6)), memory, moments)
 
     def extremes(self, z: Array, period: float, rows: Array) -> tuple[Array, Array]:
         """Lowest and highest of rows @ x on the cycle through z."""
         states = self.trace(z, period, SAMPLES).states
-        rates = np.array([self.rate(x) for x in states])
-        return extremes(states, rates, period / SAMPLES, rows)
+        return extremes(states, self.loop.rates(states), period / SAMPLES, rows)
 
     def _bend(self, time: float, z: Array) -> float:
         """y'' at a time."""
