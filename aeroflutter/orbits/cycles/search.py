@@ -45,7 +45,6 @@ from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, de
 from aeroflutter.orbits.result import lowest
 from aeroflutter.springs import (
     Linear,
-    Spring,
     Springs,
     each,
     simplify,
