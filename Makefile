@@ -103,4 +103,4 @@ lock: ## pin the requirements again (needs uv)
 		--extra report --extra cluster --extra certify --output-file requirements/lowest.txt
 
 clean: ## remove what can be made again, .venv excepted
-	rm -rf $(OUT) build dist docs/_build .coverage .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(OUT) build dist docs/_build docs/figures docs/gallery .coverage .mypy_cache .pytest_cache .ruff_cache

@@ -14,11 +14,15 @@ release = metadata.version("aeroflutter")
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "sphinx_gallery.gen_gallery",
+    "figures",
+    "mathml",
 ]
+html_math_renderer = "mathml"
+myst_update_mathjax = False
+suppress_warnings = ["ref.python"]  # fields of results that several results have
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",

@@ -147,7 +147,8 @@ class AirspeedRange:
         str | None, Parameter(help="Lowest and highest speed ratio searched, as low,high.")
     ] = None
     velocity_range: Annotated[
-        str | None, Parameter(help="The same in m/s, where the case has SI data.")
+        str | None,
+        Parameter(help="Lowest and highest airspeed in m/s, low,high, where the case has SI data."),
     ] = None
 
     def ratios(self, case: Case, default: tuple[float, float]) -> tuple[float, float]:

@@ -164,7 +164,8 @@ class Output:
             name="--overwrite",
             negative=(),
             show_default=False,
-            help="Let --out replace the file of another case or command.",
+            help="Let --out replace a file that holds anything but an earlier result of this "
+            "command and case.",
         ),
     ] = False
 
@@ -234,6 +235,7 @@ class Output:
         for option, path, make, write in targets:
             if path is None or make is None:
                 continue
+            earlier = path.exists()
             try:
                 with self._wide():
                     write(path, make, command)
@@ -241,7 +243,7 @@ class Output:
                 failed.append(_worded(f"{option} {path}", error))
             else:
                 if not (self.json or failed):
-                    print(f"written: {path}")
+                    print(f"{'replaced' if earlier else 'written'}: {path}")
         if len(failed) > 1 and not isinstance(failed[0], OSError):
             raise AeroflutterError("; ".join(map(str, failed)))
         if failed:

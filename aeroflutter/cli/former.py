@@ -11,6 +11,7 @@ __all__ = ["former", "renamed"]
 RENAMED = {
     "rootlocus": {"--speeds": "--speed"},
     "report": {"-o": "--out"},
+    "import": {"-o": "--out", "--output": "--out"},
     "sweep": {"--no-onset": "--onset none"},
 }
 """By command: what an option is called today, with its value where it had none."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import target_problems
+from aeroflutter.cli.common import say, target_problems
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,9 +30,7 @@ def import_(
     ],
     /,
     *,
-    output: Annotated[
-        Path, Parameter(name=("-o", "--output"), help="Case file that is written (.toml).")
-    ],
+    out: Annotated[Path, Parameter(name="--out", help="Case file that is written (.toml).")],
     set: Annotated[
         list[str],
         Parameter(
@@ -54,26 +52,26 @@ def import_(
     from aeroflutter.case import load_case
     from aeroflutter.files import replacing
 
-    _refuse(output, overwrite)
-    table = _table(files, output, set)
-    case = load_case({"model": _absolute(table, output)})
+    _refuse(out, overwrite)
+    table = _table(files, out, set)
+    case = load_case({"model": _absolute(table, out)})
     modal = None if case.imported is None else case.imported.modal
     said: list[str] = []
     if modal is not None and not {"lags", "exact", "emphasis", "method"} & {*table}:
         table |= _approximated(modal, said)
-        case = load_case({"model": _absolute(table, output)})
-    with replacing(output) as part:
+        case = load_case({"model": _absolute(table, out)})
+    with replacing(out) as part:
         part.write_text(_text(case, table, said), encoding="utf-8")
     assert case.imported is not None
     for line in (*said, *case.imported.notes):
-        print(line)
-    print(f"written: {output}")
+        say(line)
+    say(f"written: {out}")
 
 
 def _refuse(output: Path, overwrite: bool) -> None:
-    problems = target_problems("-o", output, (".toml",))
+    problems = target_problems("--out", output, (".toml",))
     if not problems and output.exists() and not overwrite:
-        problems = [f"-o {output}: exists; give another name, or --overwrite to replace it"]
+        problems = [f"--out {output}: exists; give another name, or --overwrite to replace it"]
     if problems:
         raise InputError(problems)
 

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Output, show_facts, show_table
+from aeroflutter.cli.airspeed import pair
+from aeroflutter.cli.common import (
+    CaseName,
+    CaseOptions,
+    Output,
+    numbers,
+    say,
+    show_facts,
+    show_table,
+)
+from aeroflutter.cli.former import former
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,13 +32,17 @@ if TYPE_CHECKING:
 def pk(
     case: CaseName,
     *,
-    low: Annotated[float | None, Parameter(help="Lowest airspeed, m/s.")] = None,
-    high: Annotated[float | None, Parameter(help="Highest airspeed, m/s.")] = None,
+    velocity: Annotated[
+        str | None,
+        Parameter(help="Airspeeds V in m/s, A:B:N or low,high; the model's own by default."),
+    ] = None,
     points: Annotated[int, Parameter(help="Airspeeds of the diagrams.")] = 201,
     figure: Annotated[
         Literal["vg", "fit"],
         Parameter(help="What --plot draws: V-g and V-f, or the error of the approximation."),
     ] = "vg",
+    low: Annotated[float | None, Parameter(show=False)] = None,
+    high: Annotated[float | None, Parameter(show=False)] = None,
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -46,7 +60,12 @@ def pk(
     modal = None if loaded.imported is None else loaded.imported.modal
     if modal is None:
         raise InputError(f'{loaded.source}: model.kind: p-k needs air forces over k, "modal"')
+    former({"--low": low, "--high": high}, "--velocity LOW,HIGH")
     ends = modal.search_range
+    if velocity is not None:
+        asked = numbers("--velocity", velocity)
+        points = points if asked.size == 2 else asked.size
+        ends = pair("--velocity", f"{asked[0]},{asked[-1]}")
     settings = PKOptions(
         low=ends[0] if low is None else low, high=ends[1] if high is None else high, points=points
     )
@@ -83,7 +102,7 @@ def _hertz(crossing: Crossing, semichord: float) -> float:
 
 
 def _print(case: Case, modal: ModalModel, result: PKResult, others: tuple[Crossing, ...]) -> None:
-    print(case.title)
+    say(case.title)
     b, flutter = result.semichord, result.flutter
     low, high = result.speeds[0], result.speeds[-1]
     facts: dict[str, Any] = {}
@@ -101,7 +120,7 @@ def _print(case: Case, modal: ModalModel, result: PKResult, others: tuple[Crossi
     facts["error of Q"] = f"{modal.fit.errors.max():.2%} at worst"
     show_facts(facts)
     for line in modal.fit.warnings:
-        print(f"warning: {line}")
+        say(f"warning: {line}")
     rows = [
         (
             one.speed,
@@ -116,7 +135,7 @@ def _print(case: Case, modal: ModalModel, result: PKResult, others: tuple[Crossi
         show_table(("crossing (m/s)", "Hz", "k", "becomes", "approximation (m/s)"), rows)
     if len(others) != len(rows):
         listed = ", ".join(f"{one.speed:.5g}" for one in others) or "none"
-        print(f"note: the approximation crosses at {listed} m/s")
+        say(f"note: the approximation crosses at {listed} m/s")
 
 
 def _near(crossing: Crossing, others: tuple[Crossing, ...]) -> str:

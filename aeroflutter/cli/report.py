@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,7 @@ from aeroflutter.cli.common import (
     Json,
     numbers,
     print_json,
+    say,
     target_problems,
 )
 from aeroflutter.errors import InputError
@@ -22,6 +24,8 @@ from aeroflutter.errors import InputError
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from aeroflutter.case import Case
 
 Range = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
 
@@ -48,6 +52,16 @@ def report(
         float, Parameter(help="Length of the traces, in periods of linear flutter.")
     ] = 12.0,
     options: CaseOptions = CaseOptions(),
+    overwrite: Annotated[
+        bool,
+        Parameter(
+            name="--overwrite",
+            negative=(),
+            show_default=False,
+            help="Let --out replace a file that holds anything but an earlier result of this "
+            "command and case.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """One page to click through: section, root locus, limit cycles, flutter map and motions.
@@ -61,6 +75,12 @@ def report(
     if problems:
         raise InputError(problems)
     loaded = options.load(case)
+    earlier = out.exists()
+    if earlier and not overwrite and not _same(out, loaded):
+        raise InputError(
+            f"--out {out}: exists and is no report of this case; give another name, or "
+            "--overwrite to replace it"
+        )
     speeds = _values("--speed", speed)
     if velocity is not None:
         if speed is not None or speed_ratio is not None:
@@ -93,10 +113,19 @@ def report(
     if json:
         print_json(payload)
         return
-    print(loaded.title)
+    say(loaded.title)
     for note in content["notes"]:
-        print(f"note: {note}")
-    print(f"written: {out}")
+        say(f"note: {note}")
+    say(f"{'replaced' if earlier else 'written'}: {out}")
+
+
+def _same(page: Path, case: Case) -> bool:
+    """Whether a file is an earlier report of a case."""
+    try:
+        text = page.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return False
+    return 'name="generator" content="aeroflutter' in text and escape(case.text) in text
 
 
 def _values(option: str, text: str | None) -> NDArray[np.float64] | None:

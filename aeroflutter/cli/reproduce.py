@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.common import Json, print_json
+from aeroflutter.cli.common import Json, print_json, say
 from aeroflutter.cli.progress import progress
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.limits import within
@@ -79,8 +79,8 @@ def reproduce(
         print_json({"folder": folder, "exhibits": [_payload(one) for one in made]})
     else:
         for one in made:
-            print(one.caption)
-        print(f"written: {len(made)} exhibits in {folder}, all on {page}")
+            say(one.caption)
+        say(f"written: {len(made)} exhibits in {folder}, all on {page}")
     if failed:
         raise ConvergenceError("; ".join(failed))
 

@@ -47,7 +47,8 @@ def rootlocus(
         str | None, Parameter(help="Lowest and highest airspeed U* searched, as low,high.")
     ] = None,
     velocity_range: Annotated[
-        str | None, Parameter(help="The same in m/s, where the case has SI data.")
+        str | None,
+        Parameter(help="Lowest and highest airspeed in m/s, low,high, where the case has SI data."),
     ] = None,
     vary: Vary = Vary(),
     low: Annotated[float | None, Parameter(show=False)] = None,

@@ -16,7 +16,7 @@ __all__ = ["Friction"]
 
 @dataclass(frozen=True, slots=True)
 class Friction(Spring):
-    """F = β₁ α + F₀ sgn α', and any F₀ f with |f| ≤ 1 that keeps α where it is, if one does.
+    """F = β₁ α + F₀ sgn α', and any F₀ f with -1 ≤ f ≤ 1 that keeps α where it is, if one does.
 
     In a loop the friction is a relay of the rate α' that slides at α' = 0. Under a prescribed
     motion its memory is the pitch just behind the motion, one unit of the last digit away.
