@@ -17,6 +17,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.environment import lookup_environment
 from numba.core.imputils import impl_ret_new_ref, lower_builtin
+from numba.core.targetconfig import ConfigStack
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
 __all__ = ["Apart", "DraftCompiler", "EntryCompiler", "needs", "ready"]
@@ -90,6 +91,12 @@ class EntryCompiler(_Into):
     """For what Python calls."""
 
     library_class = _Entry
+
+    def define_pipelines(self) -> list[Any]:
+        """As for drafts: what an entry calls itself is then what those call, made once."""
+        flags: Any = ConfigStack.top_or_none()  # a copy, for what is called
+        flags.no_cpython_wrapper, flags.release_gil = True, False
+        return super().define_pipelines()
 
 
 class DraftCompiler(_Into):
