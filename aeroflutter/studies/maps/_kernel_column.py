@@ -11,8 +11,9 @@ upwards. It is over when
   get shorter, the path is the slow curve of the return map on its way into the cycle, all other
   directions contract onto it, and along it there is but one way to go.
 
-Everything else (the first cells of a column, motions that never reach the section, chaotic ones,
-unstable outer modes) is handed back, to be settled from where it stands.
+A cell whose returns have nearly closed is handed back for the cycle beside them, and goes on.
+Everything else (motions that never reach the section, chaotic ones, unstable outer modes) is handed
+back to be settled from where it stands.
 """
 
 from __future__ import annotations
@@ -57,11 +58,14 @@ from aeroflutter.motion._kernel_roots import ABOVE
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-OVER, OPEN = 0, 1  # why a call comes back: all cells are over, one is to be settled
+# Why a call comes back: all cells are over, one is to be settled, one has nearly closed.
+OVER, OPEN, CLOSING = 0, 1, 2
 # What `memo` holds: the cell at hand, its returns, how many cycles and paths are known, where the
-# cell went, and what proves that it rests.
-CELL, RETURNS, CYCLES, PATHS, GOAL, REASON = 0, 1, 2, 3, 4, 5
-MEMOS = 6
+# cell went, what proves that it rests, after how many returns it nearly closes, and whether it was
+# handed back and goes on.
+CELL, RETURNS, CYCLES, PATHS, GOAL, REASON, LAG, GOES_ON = 0, 1, 2, 3, 4, 5, 6, 7
+MEMOS = 8
+ONWARDS, HANDED_BACK, CLOSED = -1, -2, -3  # goals that are no cycle
 
 MOST_PATHS = 12
 MOST_RETURNS = 1024
@@ -91,6 +95,8 @@ class Paths(NamedTuple):
     ----------
     points, rates
         State and y' at each return, (q, k, n) and (q, k).
+    times
+        When the cell at hand returned, (k,).
     smooth
         1 for the segments at which a path may be joined, (q, k).
     sizes
@@ -106,6 +112,7 @@ class Paths(NamedTuple):
 
     points: Real3
     rates: Real2
+    times: Real1
     smooth: Whole2
     sizes: Real2
     length: Whole1
@@ -204,11 +211,11 @@ def remember(paths: Paths, q: int, length: int, cycle: int) -> None:
 
 
 @kernel(inner=True, bare=True)
-def settled(points: Array, rates: Array, k: int) -> bool:
-    """Whether return k of a path is so near a cycle that Newton will find it."""
+def settled(points: Array, rates: Array, k: int) -> int:
+    """After how many returns path k is so near a cycle that Newton will find it; 0 if it is not."""
     for lag in range(1, LAGS + 1):
         if k < 2 * lag:
-            return False
+            return 0
         size = abs(rates[k])
         new = abs(rates[k] - rates[k - lag])
         old = abs(rates[k - lag] - rates[k - 2 * lag])
@@ -223,8 +230,8 @@ def settled(points: Array, rates: Array, k: int) -> bool:
                 span = abs(points[k, i]) + abs(points[k - lag, i])
                 far = max(far, abs(points[k, i] - points[k - lag, i]) / (span + 1e-300))
             if far < 10.0 * CLOSE:
-                return True
-    return False
+                return lag
+    return 0
 
 
 @kernel(inner=True, bare=True)
@@ -289,10 +296,7 @@ def caught(targets: Targets, j: int, points: Array, k: int) -> bool:
 
 @kernel(inner=True, bare=True)
 def returned(paths: Paths, targets: Targets, memo: Index, waits: Index) -> int:
-    """What the return at hand says: the place of the cycle to which the cell goes, -1 if it is to
-
-    be followed on, -2 if it is to be handed back.
-    """
+    """What the return at hand says: the place of the cycle to which the cell goes, or what to do."""
     k, own = memo[RETURNS], paths.rates.shape[0] - 1
     point, rate = paths.points[own, k], paths.rates[own, k]
     for q in range(memo[PATHS]):
@@ -305,11 +309,12 @@ def returned(paths: Paths, targets: Targets, memo: Index, waits: Index) -> int:
             if caught(targets, j, paths.points[own], k):
                 return j
     waits[0] += 1 if close_by else 0
-    waits[1] = waits[1] + 1 if settled(paths.points[own], paths.rates[own], k) else 0
+    memo[LAG] = settled(paths.points[own], paths.rates[own], k)
+    waits[1] = waits[1] + 1 if memo[LAG] > 0 else 0
     enough = UNKNOWN_CYCLE if memo[CYCLES] else 0
     if waits[1] > enough and (waits[0] > PATIENCE or not close_by):
-        return -2
-    return -1 if k + 1 < MOST_RETURNS else -2
+        return CLOSED
+    return ONWARDS if k + 1 < MOST_RETURNS else HANDED_BACK
 
 
 @kernel(inner=True, bare=True)
@@ -327,7 +332,7 @@ def enter_return(system: System, motion: Motion, paths: Paths, k: int) -> None:
             for j in range(motion.inputs.size):
                 slope += system.generator[p, i, n + j] * motion.inputs[j]
             rate += system.C[0, i] * slope
-    paths.rates[own, k] = rate
+    paths.rates[own, k], paths.times[k] = rate, motion.clock[0]
 
 
 @kernel(inner=True, bare=True)
@@ -335,16 +340,18 @@ def goal(
     system: System, motion: Motion, proofs: Proofs, paths: Paths, targets: Targets, gate: int,
     longest: float, memo: Index,
 ) -> tuple[int, float]:  # fmt: skip
-    """Follow the cell at hand: the place of the cycle to which it goes, -1 if it comes to rest, -2
+    """Follow the cell at hand: the place of the cycle to which it goes, `ONWARDS` if it comes to
 
-    if it is to be handed back; the y of rest.
+    rest, and why it is handed back else; the y of rest.
     """
     none, waits = motion.none, paths.waits
-    waits[:] = 0
-    memo[RETURNS] = 0
-    for q in range(memo[PATHS]):
-        paths.hints[q], paths.agreed[q], paths.far[q] = -1, -1, np.inf
-    steps, switches, here = 0, 0, -2
+    if memo[GOES_ON] == 0:
+        waits[:] = 0
+        memo[RETURNS] = 0
+        for q in range(memo[PATHS]):
+            paths.hints[q], paths.agreed[q], paths.far[q] = -1, -1, np.inf
+    memo[GOES_ON] = 0
+    steps, switches, here = 0, 0, HANDED_BACK
     while proofs.unstable == 0 and motion.clock[0] <= longest:
         motion.memo[TABLE] = enter(system, motion)
         if motion.memo[TABLE] < 0:
@@ -352,7 +359,7 @@ def goal(
         state, reason, rest = resting(system, motion, proofs, motion.memo[TABLE])
         if state == DAMPED:
             memo[REASON] = reason
-            return -1, rest
+            return ONWARDS, rest
         if state != ONWARD:
             break
         mode = motion.modes[0]
@@ -377,9 +384,9 @@ def goal(
         enter_return(system, motion, paths, memo[RETURNS])
         here = returned(paths, targets, memo, waits)
         memo[RETURNS] += 1
-        if here != -1:
+        if here != ONWARDS:
             break
-    return here if here != -1 else -2, np.nan
+    return here if here != ONWARDS else HANDED_BACK, np.nan
 
 
 @kernel(entry=True, patience=2.0, bare=True)
@@ -427,18 +434,19 @@ def follow(
         if memo[CELL] == states.shape[0]:
             return OVER
         cell = memo[CELL]
-        begin(system, motion, states[cell], memories[cell])
+        if memo[GOES_ON] == 0:
+            begin(system, motion, states[cell], memories[cell])
         memo[GOAL], rest = goal(system, motion, proofs, paths, targets, gate, longest, memo)
         row = numbers[cell]
         row[:] = np.nan
         row[TIME] = motion.clock[0]
-        if memo[GOAL] == -2:
+        if memo[GOAL] < ONWARDS:
             for j in range(states.shape[1]):
                 states[cell, j] = motion.xs[motion.memo[NOW], j]
             memories[cell, 0] = memory_of(system, motion, 0)
-            return OPEN
+            return CLOSING if memo[GOAL] == CLOSED else OPEN
         memo[CELL] += 1
-        if memo[GOAL] == -1:
+        if memo[GOAL] == ONWARDS:
             row[AMPLITUDE], row[BIAS], row[REST] = 0.0, rest, rest
             codes[cell, 0], codes[cell, 1] = DAMPED, memo[REASON]
             continue

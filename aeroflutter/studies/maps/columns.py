@@ -8,20 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.motion import _kernel_ends as ends
-from aeroflutter.motion._kernel_flow import AT_SWITCH, LAST, STOPPED
+from aeroflutter.motion._kernel_cycle import ATTRACTS
+from aeroflutter.motion._kernel_flow import AT_SWITCH, AT_TURN, LAST, STOPPED, TREND
 from aeroflutter.motion._kernel_proofs import LCO
 from aeroflutter.motion._kernel_roots import ABOVE
-from aeroflutter.motion.closing import Spectrum, contraction, section_map
+from aeroflutter.motion.closing import Closing, Spectrum, contraction, section_map
 from aeroflutter.motion.endstates import EndOptions
 from aeroflutter.motion.flow import EVENTS, Flow, Point
-from aeroflutter.motion.judge import Settling
+from aeroflutter.motion.judge import Settling, no_cycles
 from aeroflutter.motion.march import March, workspace
-from aeroflutter.motion.reach import SLOW, contracts_within, next_gate
+from aeroflutter.motion.reach import SLOW, contracts_within, next_gate, reach_of
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR
 from aeroflutter.studies.maps import _kernel_column as kernel
 
 __all__ = ["Column", "decide_cells"]
 
 Array = NDArray[np.float64]
+
+SAME = 1e-7  # relative difference of the measures of one cycle, closed twice
+MOST_TURNS = 8  # of a motion that comes to the section, within a loop and a half
+MOST_STEPS = 4096  # between two of them
 
 
 class Column(NamedTuple):
@@ -84,49 +90,127 @@ class _Decided:
         self, flow: Flow, states: Array, memories: Array, options: EndOptions, room: Room
     ) -> None:
         count = states.shape[0]
-        self.flow, self.states, self.memories, self.longest = (
-            flow,
-            states,
-            memories,
-            options.duration,
-        )
+        self.flow, self.states, self.memories, self.options = flow, states, memories, options
         self.codes = np.empty((count, 2), dtype=np.int64)
         self.numbers = np.empty((count, ends.NUMBERS))
-        self.settling = Settling(flow, states[:1], memories[:1], options, share=True)
+        self.cycles = no_cycles(kernel.MOST_PATHS + 1, flow.n + 1)
         self.paths, self.targets = room
         self.motion = workspace(flow)
         self.memo = np.zeros(kernel.MEMOS, dtype=np.int64)
+        self.closing: Closing | None = None
+        self.closed = -1  # the last cell beside which a cycle was sought
+        self.tried = 0  # known cycles whose reach on the section of maxima is known
 
     def run(self) -> None:
         """Decide all of them."""
         gate = self.flow.pieces[0].modes - 2
         while True:
             why = kernel.follow(
-                self.flow.arrays, self.motion, self.flow.proofs, self.settling.cycles, self.paths,
-                self.targets, gate, self.longest, self.states, self.memories, self.codes,
+                self.flow.arrays, self.motion, self.flow.proofs, self.cycles, self.paths,
+                self.targets, gate, self.options.duration, self.states, self.memories, self.codes,
                 self.numbers, self.memo,
             )  # fmt: skip
             if why == kernel.OVER:
                 return
-            self.memo[kernel.GOAL] = self._settle(int(self.memo[kernel.CELL]))
+            cell = int(self.memo[kernel.CELL])
+            if why == kernel.CLOSING and self._close(cell):
+                self.memo[kernel.GOES_ON] = 1
+                continue
+            self.memo[kernel.GOAL] = self._settle(cell)
             self.memo[kernel.CELL] += 1
+
+    def _close(self, cell: int) -> bool:
+        """Find the cycle beside the cell at hand; whether there is a new one to which it may go."""
+        known, k = int(self.memo[kernel.CYCLES]), int(self.memo[kernel.RETURNS]) - 1
+        if self.closed == cell or known == kernel.MOST_PATHS or k + 1 == kernel.MOST_RETURNS:
+            return False
+        self.closed, lag = cell, int(self.memo[kernel.LAG])
+        loop = last_loop(self.flow, self.states[cell], self.memories[cell])
+        if loop is None:
+            return False
+        guess = float(self.paths.times[k] - self.paths.times[k - lag])
+        self.closing = self.closing or Closing(self.flow)
+        found = self.closing.find(
+            loop.point, guess, lag, loop.size, loop.span, self.cycles, known
+        )
+        if found != ATTRACTS or self.cycles.free[known] or self._is_known(known):
+            return False
+        aim(self.flow, self.cycles, known, self.targets)
+        if self.targets.lag[known] == 0:
+            return False
+        self.memo[kernel.CYCLES] = known + 1
+        return True
+
+    def _is_known(self, place: int) -> bool:
+        """Whether a cycle is one of those before it."""
+        of = np.column_stack((self.cycles.period, self.cycles.amplitude, self.cycles.bias))
+        scale = np.array([self.cycles.period[place], *[self.cycles.amplitude[place]] * 2])
+        return bool(np.any(np.all(np.abs(of[:place] - of[place]) < SAME * scale, axis=1)))
 
     def _settle(self, cell: int) -> int:
         """Settle a cell from where it stands; the place of its cycle, or -1."""
-        settling, known, row = self.settling, int(self.memo[kernel.CYCLES]), self.numbers[cell]
-        settling.take(self.states[cell : cell + 1], self.memories[cell : cell + 1])
+        known, row = int(self.memo[kernel.CYCLES]), self.numbers[cell]
+        start = self.states[cell : cell + 1], self.memories[cell : cell + 1]
+        for j in range(self.tried, known):
+            self.cycles.reach[j] = reach_of(self.flow, self.cycles, j)
+        settling = Settling(self.flow, *start, self.options, share=True)
+        settling.cycles, settling.past.memo[ends.COUNT] = self.cycles, known
         settling.run()
         time = row[ends.TIME]
         row[:], self.codes[cell] = settling.numbers[0], settling.codes[0]
         row[ends.TIME] += time
-        found = int(settling.past.memo[ends.COUNT])
-        if found > kernel.MOST_PATHS:  # no room among the targets: the next cells find it anew
-            settling.past.memo[ends.COUNT] = found = kernel.MOST_PATHS
+        # where there is no room among the targets, the next cells find it anew
+        found = min(int(settling.past.memo[ends.COUNT]), kernel.MOST_PATHS)
         if found > known:
-            aim(self.flow, settling.cycles, known, self.targets)
+            aim(self.flow, self.cycles, known, self.targets)
             self.memo[kernel.CYCLES] = found
+        self.tried = found
         place = int(row[ends.ATTRACTOR]) if self.codes[cell, 0] == LCO else -1
         return place if place < found else -1
+
+
+class Loop(NamedTuple):
+    """The loop of a motion from one maximum of the first output to the next.
+
+    Attributes
+    ----------
+    point, size
+        (x, h) where it ends, and the largest size of each on the way, (n+m,).
+    span
+        Height of the maximum over the lowest minimum.
+    """
+
+    point: Array
+    size: Array
+    span: float
+
+
+def last_loop(flow: Flow, x: Array, memory: Array) -> Loop | None:
+    """The first whole loop of a motion of one spring; None if it does not oscillate."""
+    march = March(flow, flow.begin(x, memory), reaches=True)
+    turns: list[float] = []
+    maxima = 0
+    for _ in range(MOST_TURNS):
+        if march.run(np.inf, most=MOST_STEPS, stop=AT_TURN) != STOPPED:
+            return None
+        point = march.point()
+        y = float(flow.C[0] @ point.x)
+        if march.motion.memo[TREND] > 0:
+            turns.append(y)
+            continue
+        maxima += 1
+        if maxima == 2:
+            break
+        turns = []
+        march.motion.reach[:] = np.abs(point.x)
+    if maxima < 2 or not turns:
+        return None
+    span = y - min(turns)
+    law = flow.pieces[0].rows[0]
+    width = float(law[CEILING] - law[FLOOR]) if flow.memory[0] else 0.0
+    held = max(span, width if np.isfinite(width) else 0.0)
+    reach = np.maximum(march.motion.reach, np.abs(point.x))
+    return Loop(np.append(point.x, point.memory), np.append(reach, held), span)
 
 
 def _no_paths(n: int) -> kernel.Paths:
@@ -135,6 +219,7 @@ def _no_paths(n: int) -> kernel.Paths:
     return kernel.Paths(
         points=np.empty((count, length, n)),
         rates=np.empty((count, length)),
+        times=np.empty(length),
         smooth=np.zeros((count, length), dtype=np.int64),
         sizes=np.ones((count, n)),
         length=np.zeros(count, dtype=np.int64),
