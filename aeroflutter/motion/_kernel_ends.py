@@ -146,8 +146,8 @@ class History(NamedTuple):
 
     Attributes
     ----------
-    points, times
-        (x, h), (RING, n+m), and when, (RING,).
+    points, times, tops
+        (x, h), (RING, n+m), when, and the first output, (RING,).
     peaks, troughs, misses
         y of the maxima, of the lowest minimum before each, and how far each maximum was from the
         nearest before it: a ring of as many as are judged together, (cycles,).
@@ -163,6 +163,7 @@ class History(NamedTuple):
 
     points: Real2
     times: Real1
+    tops: Real1
     peaks: Real1
     troughs: Real1
     misses: Real1
@@ -274,13 +275,10 @@ def note(system: System, motion: Motion, past: History) -> float:
     for i in range(m):
         past.points[place, n + i] = memory_of(system, motion, i)
         past.size[n + i] = max(span, past.widths[i])
-    past.times[place] = motion.clock[0]
+    past.times[place], past.tops[place] = motion.clock[0], y
     miss = span
     for lag in range(1, min(k, MOST_LOOPS) + 1):
-        before = 0.0
-        for j in range(n):
-            before += system.C[0, j] * past.points[(k - lag) % RING, j]
-        miss = min(miss, abs(y - before))
+        miss = min(miss, abs(y - past.tops[(k - lag) % RING]))
     place = k % past.peaks.size
     past.peaks[place], past.troughs[place] = y, min(trough, y)
     past.misses[place] = miss / span if span > 0.0 else 0.0
@@ -289,18 +287,14 @@ def note(system: System, motion: Motion, past: History) -> float:
 
 
 @kernel(inner=True, bare=True)
-def near_return(C: Array, past: History, begin_lag: int) -> int:
+def near_return(past: History, begin_lag: int) -> int:
     """The first lag, from one on, at which the motion comes closer to a return than before, or 0."""
     k = past.memo[MAXIMUM]
-    here = past.points[k % RING]
-    n = C.shape[1]
+    here, top = past.points[k % RING], past.tops[k % RING]
     for lag in range(begin_lag, min(k, MOST_LOOPS) + 1):
-        before = past.points[(k - lag) % RING]
-        rise = 0.0
-        for j in range(n):
-            rise += C[0, j] * (here[j] - before[j])
-        if abs(rise) > RECURS * past.clock[SPAN]:
+        if abs(top - past.tops[(k - lag) % RING]) > RECURS * past.clock[SPAN]:
             continue
+        before = past.points[(k - lag) % RING]
         miss = 0.0
         for i in range(here.size):
             away = abs(here[i] - before[i])
@@ -454,7 +448,7 @@ def settle(
                 offset(cycles.z[own], cycles.size[own], past.points[k % RING]) < NEAR
             )
             if not at_hand:
-                memo[BEHIND] = near_return(system.C, past, memo[BEHIND] + 1)
+                memo[BEHIND] = near_return(past, memo[BEHIND] + 1)
                 if memo[BEHIND] > 0:
                     memo[PHASE] = SEARCHING
                     return CLOSING

@@ -295,6 +295,7 @@ def _history(flow: Flow, cycles: int) -> kernel.History:
     return kernel.History(
         points=np.zeros((RING, k)),
         times=np.zeros(RING),
+        tops=np.zeros(RING),
         peaks=np.zeros(cycles),
         troughs=np.zeros(cycles),
         misses=np.zeros(cycles),
