@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from aeroflutter.model.equations import COORDINATES
 from aeroflutter.model.lure import AnySystem, as_system
-from aeroflutter.model.system import Real
+from aeroflutter.model.system import Real, System
 
 __all__ = ["NamedRow", "named_rows"]
 
@@ -27,7 +28,12 @@ def named_rows(system: AnySystem) -> tuple[NamedRow, ...]:
     Those of a section by their states, in the order of the states; then every output that is none
     of them, such as those of a model from elsewhere, once.
     """
-    whole = as_system(system)
+    return _named_rows(as_system(system))
+
+
+@lru_cache(maxsize=16)
+def _named_rows(whole: System) -> tuple[NamedRow, ...]:
+    """Made once a system: many motions of it are told by them."""
     found = [
         NamedRow(name, one.unit, np.eye(whole.order)[whole.state_names.index(one.state)])
         for name, one in COORDINATES.items()

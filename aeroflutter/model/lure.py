@@ -114,7 +114,9 @@ class LureSystem:
         if np.any(system.load):
             raise InputError(["system: must have no constant load; use System"])
         (name,), (unit,) = system.names, system.units
-        return cls(system.A, system.B[:, 0], system.C[0], system.state_names, name, unit)
+        made = cls(system.A, system.B[:, 0], system.C[0], system.state_names, name, unit)
+        made.__dict__["system"] = system  # not to be put together again
+        return made
 
     def transfer(self, s: ArrayLike) -> Complex:
         """``G(s) = c (sI - A)^-1 b`` at every ``s`` (any shape)."""

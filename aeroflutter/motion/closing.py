@@ -63,6 +63,7 @@ class Closing:
             np.zeros((k, k)), np.zeros(k), np.zeros(k), np.zeros((k + 1, k + 1)), np.zeros(k + 1),
             np.zeros(k + 1), np.zeros(k + 1, dtype=np.int64), *(np.zeros(k) for _ in range(4)),
         )  # fmt: skip
+        self._round: March | None = None
 
     def find(
         self, point: Array, period: float, lag: int, size: Array, span: float, cycles: Cycles,
@@ -115,11 +116,10 @@ class Closing:
         cycles.bias[place], cycles.radius[place] = 0.5 * (extent.most + extent.least), radius
         if not radius < 1.0 - CIRCLE:
             return INDIFFERENT
-        if free:
-            cycles.rho[place] = 1.0
-            return ATTRACTS
-        cycles.rho[place], cycles.P[place] = contraction(Q, radius)
-        cycles.slow[place] = spectrum.rows(leading, cycles.P[place])
+        cycles.rho[place] = 1.0
+        if not free:
+            cycles.rho[place], cycles.P[place] = contraction(Q, radius)
+            cycles.slow[place] = spectrum.rows(leading, cycles.P[place])
         return ATTRACTS
 
     def _smallest(self, z: Array, period: float, lag: int, unit: Array) -> tuple[bool, float]:
@@ -152,7 +152,8 @@ class Closing:
     def _extent(self, z: Array, period: float) -> Extent:
         n, flow = self.flow.n, self.flow
         start = flow.begin(z[:n], z[n:])
-        march = March(flow, start, events=ROWS, turns=ROWS)
+        march = self._round = self._round or March(flow, start, events=ROWS, turns=ROWS)
+        march.stand(start)
         first = flow.arrays.laws[:, 0]
         slides = first[:, HELD] != 0.0
         low, high = first[:, FLOOR], first[:, CEILING]
@@ -181,11 +182,11 @@ def section_map(normal: Array, monodromy: Array, f: Array, size: Array) -> Array
 
 
 class Spectrum(NamedTuple):
-    """Eigenvalues of a matrix, (k,), with left and right eigenvectors in columns, (k, k)."""
+    """Eigenvalues of a matrix, (k,), with left and right eigenvectors as LAPACK keeps them."""
 
     values: Complex
-    left: Complex
-    right: Complex
+    left: Array
+    right: Array
 
     @classmethod
     def of(cls, Q: Array) -> Spectrum:
@@ -193,29 +194,29 @@ class Spectrum(NamedTuple):
         from scipy.linalg.lapack import dgeev
 
         real, imaginary, left, right, _ = dgeev(Q)
-        values = real + 1j * imaginary
-        return cls(values, _columns(left, imaginary), _columns(right, imaginary))
+        return cls(real + 1j * imaginary, left, right)
 
     def rows(self, place: int, P: Array) -> Array:
         """Rows whose products with d are one coordinate of d, in lengths of norm P, (2, k).
 
         Its real and its imaginary part.
         """
-        value, left, right = self.values[place], self.left[:, place].conj(), self.right[:, place]
+        value = complex(self.values[place])
+        left, right = self._of(self.left, place).conj(), self._of(self.right, place)
         length, product = float(np.vdot(right, P @ right).real), left @ right
         pair = 2.0 if abs(value.imag) > 1e-9 * abs(value) else 1.0
         factor = pair * max(length, 0.0) ** 0.5 / product if product != 0.0 else 0.0
         row = factor * left
         return np.array([row.real, row.imag])
 
-
-def _columns(vectors: Array, imaginary: Array) -> Complex:
-    """LAPACK keeps real and imaginary part of the first of a pair side by side."""
-    columns = vectors.astype(complex)
-    for j in np.flatnonzero(imaginary > 0.0):
-        columns[:, j] = vectors[:, j] + 1j * vectors[:, j + 1]
-        columns[:, j + 1] = columns[:, j].conj()
-    return columns
+    def _of(self, vectors: Array, place: int) -> Complex:
+        """One vector: of a pair the columns are the real and the imaginary part of the first."""
+        imaginary = float(self.values[place].imag)
+        if imaginary == 0.0:
+            return vectors[:, place].astype(complex)
+        first = place if imaginary > 0.0 else place - 1
+        turn = 1j if imaginary > 0.0 else -1j
+        return np.asarray(vectors[:, first] + turn * vectors[:, first + 1])
 
 
 def contraction(Q: Array, radius: float) -> tuple[float, Array]:
@@ -230,6 +231,6 @@ def contraction(Q: Array, radius: float) -> tuple[float, Array]:
     for _ in range(40):
         P += power.T @ P @ power
         power = power @ power
-        if np.all(np.abs(power) < 1e-12):
+        if max(power.max(), -power.min()) < 1e-12:
             break
     return rho, P

@@ -12,8 +12,8 @@ upwards. It is over when
   directions contract onto it, and along it there is but one way to go.
 
 A cell whose returns have nearly closed is handed back for the cycle beside them, and goes on.
-Everything else (motions that never reach the section, chaotic ones, unstable outer modes) is handed
-back to be settled from where it stands.
+Everything else (motions that never reach the section, chaotic ones, outer modes that do not die out) is
+handed back to be settled from where it stands.
 """
 
 from __future__ import annotations
@@ -352,7 +352,7 @@ def goal(
             paths.hints[q], paths.agreed[q], paths.far[q] = -1, -1, np.inf
     memo[GOES_ON] = 0
     steps, switches, here = 0, 0, HANDED_BACK
-    while proofs.unstable == 0 and motion.clock[0] <= longest:
+    while proofs.unstable == 0 and proofs.idle == 0 and motion.clock[0] <= longest:
         motion.memo[TABLE] = enter(system, motion)
         if motion.memo[TABLE] < 0:
             break

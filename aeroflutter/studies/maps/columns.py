@@ -130,9 +130,7 @@ class _Decided:
             return False
         guess = float(self.paths.times[k] - self.paths.times[k - lag])
         self.closing = self.closing or Closing(self.flow)
-        found = self.closing.find(
-            loop.point, guess, lag, loop.size, loop.span, self.cycles, known
-        )
+        found = self.closing.find(loop.point, guess, lag, loop.size, loop.span, self.cycles, known)
         if found != ATTRACTS or self.cycles.free[known] or self._is_known(known):
             return False
         aim(self.flow, self.cycles, known, self.targets)
