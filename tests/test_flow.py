@@ -19,6 +19,7 @@ from aeroflutter import (
     Table,
     TypicalSection,
 )
+from aeroflutter.model.system import System
 from aeroflutter.motion._kernel_roots import WIDTH
 from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
@@ -116,14 +117,47 @@ def test_tables_are_the_matrix_exponential_to_round_off(n: int) -> None:
     block = np.concatenate(
         (np.concatenate((even, 0.0 * even), 2), np.concatenate((d_even, even), 2)), 1
     )
-    for s in (0.31, 1.0):
-        powers = np.append(s ** np.arange(WIDTH), 0.0) if s < 1.0 else np.eye(WIDTH + 1)[-1]
+    rows_of = tables.flow.shape[1]
+    whole_steps = {2.0**j: np.eye(rows_of)[WIDTH + j] for j in range(rows_of - WIDTH)}
+    assert len(whole_steps) == (6 if n == 30 else 1)  # many states: up to 32 steps at once
+    for s in (0.31, *whole_steps):
+        powers = whole_steps.get(s, np.append(s ** np.arange(WIDTH), np.zeros(rows_of - WIDTH)))
         for i, one in enumerate(block):
             whole = exponential(one * (s * tables.step[i]))
             for found, rows in ((tables.flow[i], slice(n)), (tables.d_flow[i], slice(n + 2, -2))):
                 M = (powers @ found).reshape(n, n + 2) / units[:n]
                 exact = whole[rows, : n + 2]
                 assert np.max(np.abs(M - exact)) < 4e-15 * max(1.0, np.max(np.abs(whole)))
+
+
+def test_tangents_of_many_states_take_many_steps_at_once() -> None:
+    """A slow cycle beside fast modes: whole steps by the dozen between switches; by differences."""
+    rng, fast = np.random.default_rng(4), 8
+    omega = np.append(0.2, 8.0 + 4.0 * np.arange(fast))
+    A = np.zeros((18, 18))
+    for i, one in enumerate(omega):
+        A[2 * i, 2 * i + 1], A[2 * i + 1, 2 * i : 2 * i + 2] = 1.0, (-(one**2), -0.04 * one)
+    B = np.zeros((18, 1))
+    B[1::2, 0] = np.append(1.0, 0.3 * rng.normal(size=fast))
+    C = np.zeros((1, 18))
+    C[0, ::2] = np.append(1.0, 0.1 * rng.normal(size=fast))
+    dA, dB = 0.1 * rng.normal(size=(18, 18)), rng.normal(size=(18, 1))
+    z = np.append([3.0, 0.0], 0.05 * rng.normal(size=16))
+
+    def flow_at(change: float) -> Flow:
+        system = System(A + change * dA, B + change * dB, C)
+        return Flow(system, [Freeplay(1.0)], derivative=(dA, dB))
+
+    found, h = flow_at(0.0).passage(z, 12.0), 1e-5
+    assert len(found.switches) > 2
+    assert 12.0 / flow_at(0.0).arrays.step.max() > 40.0
+    ways = [
+        (flow_at(0.0).passage(z + step, 12.0).end - flow_at(0.0).passage(z - step, 12.0).end)
+        for step in h * np.eye(18)
+    ]
+    ways.append(flow_at(h).passage(z, 12.0).end - flow_at(-h).passage(z, 12.0).end)
+    differences = np.array(ways).T / (2.0 * h)
+    assert np.max(np.abs(found.jacobian - differences)) < 1e-7 * np.max(np.abs(differences))
 
 
 def test_the_first_motion_on_tables_made_on_its_way_carries_the_parameter() -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2, Whole1
+from aeroflutter.motion._kernel_carry import follow_y
 from aeroflutter.motion._kernel_dense import eliminate
 from aeroflutter.motion._kernel_ends import begin, memory_of, variable
 from aeroflutter.motion._kernel_flow import (
@@ -24,7 +25,6 @@ from aeroflutter.motion._kernel_flow import (
     Motion,
     System,
     enter,
-    follow_y,
     march,
 )
 from aeroflutter.motion._kernel_jump import before, jump, rate

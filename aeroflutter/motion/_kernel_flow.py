@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1
+from aeroflutter.motion._kernel_carry import apply, carry, catch_up, flow_matrix, follow_y
 from aeroflutter.motion._kernel_roots import (
     ABOVE,
     BELOW,
@@ -27,7 +28,6 @@ from aeroflutter.motion._kernel_roots import (
     NONE,
     REVERSAL,
     SPACE,
-    WIDTH,
     Y,
     event,
     extent,
@@ -139,6 +139,8 @@ class Motion(NamedTuple):
         Columns (δx, δh), (n+m, any number).
     scratch
         As many, (n, any number).
+    since
+        (x, u) up to which the tangents have been carried, and room for the next, (2, rows).
     was
         Inputs before a jump of F, (q,).
     rates
@@ -161,6 +163,7 @@ class Motion(NamedTuple):
     reach: Real1
     tangents: Real2
     scratch: Real2
+    since: Real2
     was: Real1
     rates: Real2
     none: Real2
@@ -196,87 +199,6 @@ def round_off(noise: Array, i: int, xs: Array, now: int, size: float) -> float:
     for j in range(n):
         total += noise[i, j] * abs(xs[now, j])
     return 8.0 * EPSILON * total
-
-
-@kernel(inner=True, bare=True)
-def flow_matrix(table: Array, p: int, s: float, M: Array) -> None:
-    """M(s), (size,), from its power coefficients (k, w + 1, size)."""
-    s2 = s * s
-    s3 = s2 * s
-    s4 = s2 * s2
-    for k in range(M.size):
-        M[k] = (table[p, 12, k] + s * table[p, 13, k]) + (
-            s2 * table[p, 14, k] + s3 * table[p, 15, k]
-        )
-    for j in range(8, -1, -4):
-        for k in range(M.size):
-            M[k] = M[k] * s4 + (
-                (table[p, j, k] + s * table[p, j + 1, k])
-                + (s2 * table[p, j + 2, k] + s3 * table[p, j + 3, k])
-            )
-
-
-@kernel(inner=True, bare=True)
-def apply(M: Array, xs: Array, now: int, n: int) -> None:
-    """The other row of `xs` ← M (x, u), for M flattened by rows."""
-    m = M.size // n
-    for i in range(n - n % 3, n):
-        s0 = 0.0
-        for j in range(m):
-            s0 += M[i * m + j] * xs[now, j]
-        xs[1 - now, i] = s0
-    for i in range(0, n - 2, 3):  # three rows at a time hide the latency of the sums
-        r0, r1, r2 = i * m, (i + 1) * m, (i + 2) * m
-        s0 = s1 = s2 = 0.0
-        for j in range(m):
-            v = xs[now, j]
-            s0 += M[r0 + j] * v
-            s1 += M[r1 + j] * v
-            s2 += M[r2 + j] * v
-        xs[1 - now, i] = s0
-        xs[1 - now, i + 1] = s1
-        xs[1 - now, i + 2] = s2
-
-
-@kernel(inner=True, bare=True)
-def carry(system: System, motion: Motion, now: int) -> None:
-    """Tangents over a step whose M(s) is known: δx ← E δx + g δu, and the parameter's own part.
-
-    Where F is continuous, so is x', and a switch leaves the tangents of the states as they are.
-    """
-    n = system.C.shape[1]
-    M, tangents, scratch = motion.M, motion.tangents, motion.scratch
-    columns = tangents.shape[1]
-    width = M.size // n
-    for i in range(n):
-        for k in range(columns):
-            scratch[i, k] = M[i * width] * tangents[0, k]
-        for j in range(1, n):
-            factor = M[i * width + j]
-            for k in range(columns):
-                scratch[i, k] += factor * tangents[j, k]
-        for spring in range(system.C.shape[0]):
-            factor = system.laws[spring, motion.modes[spring], HELD] * M[i * width + n + spring]
-            if factor != 0.0:
-                for k in range(columns):
-                    scratch[i, k] += factor * tangents[n + spring, k]
-        if motion.dM.size:
-            for j in range(width):
-                scratch[i, columns - 1] += motion.dM[i * width + j] * motion.xs[now, j]
-    for i in range(n):
-        for k in range(columns):
-            tangents[i, k] = scratch[i, k]
-
-
-@kernel(inner=True, bare=True)
-def follow_y(C: Array, spring: int, tangents: Array) -> None:
-    """Tangent of a memory that moves with y: δh = C δx."""
-    n = C.shape[1]
-    for k in range(tangents.shape[1]):
-        total = 0.0
-        for i in range(n):
-            total += C[spring, i] * tangents[i, k]
-        tangents[n + spring, k] = total
 
 
 @kernel(inner=True, bare=True)
@@ -381,7 +303,7 @@ def march(
     width = n + motion.inputs.size
     seeks_turns = stop == AT_TURN or turns.shape[0] > 0
     now, trend, t = memo[NOW], memo[TREND], motion.clock[0]
-    status, taken = DONE, 0
+    status, taken, behind = DONE, 0, 0
     while t < end:
         if (
             (steps.shape[0] > 0 and memo[STEPS] >= steps.shape[0])
@@ -459,19 +381,25 @@ def march(
                 steps[row, 2 + width + i] = motion.modes[i]
                 steps[row, 2 + width + m + i] = motion.h[i]
             memo[STEPS] += 1
+        carried = motion.tangents.shape[1] > 0
+        if carried and s == 1.0:
+            if behind == 0:
+                for j in range(width):
+                    motion.since[0, j] = xs[now, j]
+            behind += 1
+        if s < 1.0 or kind != NONE:
+            catch_up(system, motion, p, behind)
+            behind = 0
         if s < 1.0:
             flow_matrix(system.flow, p, s, motion.M)
             apply(motion.M, xs, now, n)
+            if carried:
+                if motion.dM.size:
+                    flow_matrix(system.d_flow, p, s, motion.dM)
+                carry(system, motion, xs, now)
         else:
             for i in range(n):
                 xs[1 - now, i] = line[2 * m * SPACE + i]
-        if motion.tangents.shape[1] > 0:
-            if motion.dM.size:
-                flow_matrix(system.d_flow, p, s, motion.dM)
-            if s == 1.0:
-                for k in range(motion.M.size):
-                    motion.M[k] = system.flow[p, WIDTH, k]
-            carry(system, motion, now)
         now = 1 - now
         memo[STILL] = memo[STILL] + 1 if after == t or s < EPSILON else 0
         t = after
@@ -499,6 +427,7 @@ def march(
         if (turns_here and stop == AT_TURN) or (kind != NONE and stop == AT_SWITCH):
             status = STOPPED
             break
+    catch_up(system, motion, memo[TABLE], behind)
     memo[NOW], memo[TREND] = now, trend
     motion.clock[0] = t
     return status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1
+from aeroflutter.motion._kernel_carry import follow_y
 from aeroflutter.motion._kernel_flow import (
     BEFORE,
     JUMPED,
@@ -11,7 +12,6 @@ from aeroflutter.motion._kernel_flow import (
     TABLE,
     Motion,
     System,
-    follow_y,
     output,
 )
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
 from aeroflutter.kernels.arrays import Real1, Real2
+from aeroflutter.motion._kernel_carry import follow_y
 from aeroflutter.motion._kernel_ends import memory_of, variable
 from aeroflutter.motion._kernel_flow import (
     AT_TURN,
@@ -16,7 +17,6 @@ from aeroflutter.motion._kernel_flow import (
     TREND,
     Motion,
     System,
-    follow_y,
     march,
     output,
 )

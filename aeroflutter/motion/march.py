@@ -48,6 +48,7 @@ def workspace(flow: Flow, tangents: Array | None = None, reaches: bool = False) 
         reach=np.zeros(n if reaches else 0),
         tangents=carried,
         scratch=np.zeros((n, carried.shape[1])),
+        since=np.zeros((2, padded(n + q))),
         was=np.zeros(q),
         rates=np.zeros((2, n)),
         none=np.zeros((0, 0)),

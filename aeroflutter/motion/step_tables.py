@@ -31,6 +31,7 @@ ORDER = 30  # of the Taylor series before it is economised
 ROUND_OFF = 2.0**-53
 STRETCHES = 2.0 ** (np.arange(40, 8 * 32 + 1) / 32.0)
 """Steps times the norm of A among which the longest that fits is taken; the first always does."""
+_MANY, _LEVELS = 16, 5  # states from which tangents take up to 32 steps at once
 LEADING = 8  # inputs grow with the time at first, whatever comes later
 
 
@@ -46,11 +47,12 @@ class StepTables(NamedTuple):
         each output the Bernstein coefficients on [0, 1] and the power coefficients, then the
         state at the end, M(1). Rows and columns are padded with zeros to multiples of four.
     flow
-        Power coefficients of M(s), flattened by rows, and M(1), (k, w + 1, n (n+q)).
+        Power coefficients of M(s), flattened by rows, and M(1), (k, w + 1, n (n+q)). Of
+        many states also what it is over 2, 4, 8, … steps.
     generator
         [A, B], (k, n, n+q).
     d_flow
-        Derivative of `flow` with respect to a parameter, (k, w + 1, n (n+q)), or (k, 0, 0).
+        Derivative of `flow` with respect to a parameter, of its shape, or (k, 0, 0).
     noise
         Largest Bernstein coefficient of each output a unit of each entry of (x, u), (k, m, n+q).
     """
@@ -159,21 +161,41 @@ def build(
     economised = np.empty((k, powers.shape[1], WIDTH + 1, width))
     np.matmul(convert.to_power, powers, out=economised[:, :, :WIDTH])
     np.sum(powers, axis=2, out=economised[:, :, WIDTH])  # the smallest terms come first
-    flow, d_flow = (_by_coefficient(part) for part in (economised[:, :n], economised[:, n:]))
+    flow = _by_coefficient(economised[:, :n])
+    d_flow = np.empty((k, 0, 0)) if d_generator is None else _by_coefficient(economised[:, n:])
+    if n >= _MANY:
+        _fill_doubles(flow, d_flow, n)
     lines = np.zeros((k, padded(width), 2 * m * SPACE + padded(n)))
     lines[:, :width, : 2 * m * SPACE] = np.swapaxes(both.reshape(k, -1, width), 1, 2)
     ends = np.swapaxes(flow[:, WIDTH].reshape(k, n, width), 1, 2)
     lines[:, :width, 2 * m * SPACE : 2 * m * SPACE + n] = ends
-    if d_generator is None:
-        d_flow = np.empty((k, 0, 0))
     noise = np.max(np.abs(both[:, :, :WIDTH]), axis=2)
     return StepTables(step, lines, flow, np.ascontiguousarray(generator), d_flow, noise)
 
 
 def _by_coefficient(rows: Array) -> Array:
-    """Coefficients of each row of a matrix (k, n, w+1, n+q) as (k, w+1, n (n+q))."""
+    """Coefficients of the rows of matrices (k, n, w+1, n+q) as (k, w+1, n (n+q)), and room."""
     k, n, count, width = rows.shape
-    return np.swapaxes(rows, 1, 2).reshape(k, count, n * width)
+    levels = _LEVELS if n >= _MANY else 0
+    found = np.empty((k, count + levels, n * width))
+    found[:, :count].reshape(k, count, n, width)[:] = np.swapaxes(rows, 1, 2)
+    return found
+
+
+def _fill_doubles(flow: Array, d_flow: Array, n: int) -> None:
+    """Put behind the flow over a step, and its derivative, what they are over 2, 4, 8, … steps."""
+    k, _, size = flow.shape
+    width = size // n
+    whole = np.zeros((k, width, width))  # of (x, u)
+    whole[:, np.arange(n, width), np.arange(n, width)] = 1.0
+    whole[:, :n] = flow[:, WIDTH].reshape(k, n, width)
+    change = d_flow[:, WIDTH : WIDTH + 1].reshape(k, -1, width)
+    for row in range(WIDTH + 1, WIDTH + 1 + _LEVELS):
+        if change.size:
+            change = change @ whole + whole[:, :n, :n] @ change
+            d_flow[:, row] = change.reshape(k, size)
+        whole[:, :n] = whole[:, :n] @ whole
+        flow[:, row] = whole[:, :n].reshape(k, size)
 
 
 class _Conversions(NamedTuple):
