@@ -13,9 +13,10 @@ about the quarter chord) are like any other.
 
 from __future__ import annotations
 
+import threading
 from fractions import Fraction
 from functools import cache
-from math import comb, factorial
+from math import comb, factorial, prod
 from typing import NamedTuple
 
 import numpy as np
@@ -33,6 +34,27 @@ STRETCHES = 2.0 ** (np.arange(40, 8 * 32 + 1) / 32.0)
 """Steps times the norm of A among which the longest that fits is taken; the first always does."""
 _MANY, _LEVELS = 16, 5  # states from which tangents take up to 32 steps at once
 LEADING = 8  # inputs grow with the time at first, whatever comes later
+
+
+class _Room(threading.local):
+    """Work space of a thread, kept: fresh memory costs as much as what is done with it."""
+
+    def __init__(self) -> None:
+        self.known: dict[str, Array] = {}
+
+    def of(self, name: str, *shape: int) -> Array:
+        """An array of this shape with anything in it, until the next of its name."""
+        size = prod(shape)
+        if size < _SMALL:
+            return np.empty(shape)
+        if self.known.get(name, _NOTHING).size < size:
+            self.known[name] = np.empty(size)
+        return self.known[name][:size].reshape(shape)
+
+
+_SMALL = 10_000  # entries that are had for nothing
+_NOTHING = np.empty(0)
+_ROOM = _Room()
 
 
 class StepTables(NamedTuple):
@@ -158,7 +180,7 @@ def build(
         outputs[:, :, -1, n:] += C[..., n:]
     both = convert.to_both @ (outputs * factors[:, None, :, None])
     powers *= factors[:, None, :, None]
-    economised = np.empty((k, powers.shape[1], WIDTH + 1, width))
+    economised = _ROOM.of("economised", k, powers.shape[1], WIDTH + 1, width)
     np.matmul(convert.to_power, powers, out=economised[:, :, :WIDTH])
     np.sum(powers, axis=2, out=economised[:, :, WIDTH])  # the smallest terms come first
     flow = _by_coefficient(economised[:, :n])
@@ -261,7 +283,7 @@ def _powers(generator: Array, d_generator: Array | None, unit: Array) -> Array:
     """
     k, n, width = generator.shape
     r = n if d_generator is None else 2 * n
-    powers = np.empty((k, r, (ORDER + 1) * width))
+    powers = _ROOM.of("powers", k, r, (ORDER + 1) * width)
     powers[:, :, -width:] = np.eye(r, width)
     powers[:, n:, -width:] = 0.0
     first = powers[:, :, -2 * width : -width]
@@ -275,7 +297,8 @@ def _powers(generator: Array, d_generator: Array | None, unit: Array) -> Array:
         factor[:, :, :n] = last
         factor[:, n:, r - n :] = last[:, : r - n]
         known = powers[:, :, -(1 + more) * width : -width]
-        powers[:, :, after - more * width : after] = factor @ known
+        found = _ROOM.of("found", k, r, more * width)
+        powers[:, :, after - more * width : after] = np.matmul(factor, known, out=found)
         done += more
     return powers.reshape(k, r, ORDER + 1, width)
 
@@ -287,7 +310,7 @@ def _stretch(powers: Array, weights: Array) -> Array:
     proportion to what the inputs make of the states.
     """
     n, convert = powers.shape[1], _conversions()
-    scaled = np.abs(powers)
+    scaled = np.abs(powers, out=_ROOM.of("scaled", *powers.shape))
     scaled *= weights[:, :, None]
     sizes = np.max(scaled, axis=1)
     state, inputs = np.max(sizes[..., :n], axis=2), np.max(sizes[..., n:], axis=2, initial=0.0)
