@@ -42,7 +42,6 @@ from aeroflutter.motion._kernel_proofs import (
     CONVERGED,
     DAMPED,
     DIVERGENT,
-    FADED,
     GREW,
     KNOWN,
     LCO,
@@ -72,8 +71,9 @@ Index = NDArray[np.int64]
 
 # Why a call comes back: all is settled; a motion has nearly closed; it goes to a member of a
 # continuum of cycles; it has made as many maxima as are judged together; it has gone to a cycle
-# of its own finding; a mode has no table; it has long had no extremum.
-OVER, CLOSING, BESIDE, COUNTED, FOUND, UNPREPARED, CREEPING = 0, 1, 2, 3, 4, 5, 6
+# of its own finding; a mode has no table; it has long had no extremum; it has been nothing to
+# the spring for some loops.
+OVER, CLOSING, BESIDE, COUNTED, FOUND, UNPREPARED, CREEPING, FADING = 0, 1, 2, 3, 4, 5, 6, 7
 # What `memo` holds: the motion at hand, what to do with it next, its maxima, the lag of a near
 # return, how many cycles are known, whether it has found one itself (which is behind those), the
 # end state that the caller has decided.
@@ -425,8 +425,9 @@ def settle(
                     quiet = clock[SPAN] < min(limits[NOTHING], FALLEN * clock[LARGEST])
                     clock[QUIET] = clock[QUIET] + 1.0 if quiet else 0.0
                     if clock[QUIET] >= FADES:
-                        state, reason, rest = DAMPED, FADED, y - 0.5 * clock[SPAN]
-                    elif clock[SPAN] > 0.0:
+                        memo[PHASE], clock[GIVEN] = COUNTING, y - 0.5 * clock[SPAN]
+                        return FADING
+                    if clock[SPAN] > 0.0:
                         memo[PHASE], memo[BEHIND] = SEARCHING, 0
                         k = memo[MAXIMUM]
                         for j in range(memo[COUNT] + memo[OWN]):

@@ -48,6 +48,8 @@ REASONS = {
     codes.TORUS: "bounded, its envelope stationary over {maxima:.0f} cycles, no return like "
     "another and neighbours neither part nor meet: exponent {exponent:.1g}",
     codes.ESCAPED: "an unstable mode has outgrown all that the spring can oppose",
+    codes.OUTGROWN: "it swings over the whole law and grows by {rate:.3g} % a hundred "
+    "cycles, as by the describing function it does at every larger size",
     codes.GREW: "pitch passed the bound of growth with an unstable outer branch",
     codes.DRIFTING: "still settling after {maxima:.0f} cycles: the height of a loop changes by "
     "{rate:.3g} % a hundred cycles",

@@ -9,7 +9,7 @@ however long it takes, and the rate of the change is part of the verdict.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.motion.exponents import Exponents
+    from aeroflutter.springs import Spring
 
     Array = NDArray[np.float64]
 
-__all__ = ["Change", "Envelope", "lossless"]
+__all__ = ["Change", "Envelope", "growth_at", "lossless", "larger", "smaller"]
 
 GROUP = 25  # loops whose extremes are one point of the envelope
 POINTS = 16  # at most, to which the envelope is coarsened; a change is that over its last half
@@ -30,7 +31,9 @@ PARTING = 0.05  # the same that a chaotic motion may make up for
 FLAT = 0.02  # the same of a torus
 BROAD = 1e-3  # distance of a return from the nearest of those before it, over the height of a loop
 LOSSLESS = 1e-10  # sum of the exponents over the largest root, where nothing is damped
+SLOWER = 0.9  # change of a height that comes to a halt over that just before
 PATIENT = 8  # times as many cycles before a torus is believed
+SIZES = np.geomspace(1.0, 1e4, 65)  # at which a describing function is asked, over the motion's own
 
 
 def lossless(matrices: Array) -> bool:
@@ -43,6 +46,31 @@ def lossless(matrices: Array) -> bool:
     """
     largest = np.abs(np.linalg.eigvals(matrices)).max()
     return bool(np.all(np.abs(np.trace(matrices, axis1=1, axis2=2)) <= LOSSLESS * largest))
+
+
+def growth_at(loop: Any, spring: Spring, sizes: Array, bias: float) -> Array:
+    """Growth of oscillations of some sizes by the describing function, Re p of the quickest, (k,).
+
+    Parameters
+    ----------
+    loop
+        The linear part: A, b and c.
+    spring, sizes, bias
+        The law, amplitudes, (k,), and the middle of all of them.
+    """
+    N = spring.describing(sizes, bias).N[:, None, None]
+    values = np.linalg.eigvals(loop.A - N * np.outer(loop.b, loop.c))
+    return np.asarray(np.max(np.where(values.imag > 0.0, values.real, -np.inf), axis=1))
+
+
+def larger(size: float) -> Array:
+    """Sizes from one up to where a law of finite size is straight."""
+    return size * SIZES
+
+
+def smaller(size: float) -> Array:
+    """Sizes from one down to nothing."""
+    return size / SIZES
 
 
 class Change(NamedTuple):
@@ -131,6 +159,21 @@ class Envelope:
     def flat(self) -> bool:
         """Whether the height changes by no more than a chaotic motion may make up for."""
         return self.change().within(PARTING)
+
+    def goes_on(self) -> int:
+        """+1 if every part of the last half was larger than the one before, -1 if smaller, or 0."""
+        steps = np.sign(np.diff(self.sizes()))
+        alike = steps.size >= 3 and bool(np.all(steps == steps[0]))
+        return int(steps[0]) if alike else 0
+
+    def halts(self) -> bool:
+        """Whether returns are near each other, and the height changes ever more slowly."""
+        logs = np.log(np.maximum(self.sizes(), 1e-300))
+        last = self.miss[len(self.miss) // 2 :]
+        if logs.size < 4 or max(last, default=1.0) >= BROAD:
+            return False
+        half = logs.size // 2
+        return bool(abs(logs[-1] - logs[half]) < SLOWER * abs(logs[half - 1] - logs[0]))
 
     def retreats(self) -> bool:
         """Whether the height has fallen from every part of the last half to the next."""

@@ -11,8 +11,9 @@ from aeroflutter.motion import _kernel_proofs as codes
 from aeroflutter.motion._kernel_cycle import ATTRACTS, INDIFFERENT
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, RING, Cycles
 from aeroflutter.motion._kernel_flow import NOW, PLACE, TABLE, Motion
+from aeroflutter.motion.basins import Loop
 from aeroflutter.motion.closing import Closing
-from aeroflutter.motion.evidence import PATIENT, Envelope, lossless
+from aeroflutter.motion.evidence import PATIENT, Envelope, growth_at, larger, lossless
 from aeroflutter.motion.exponents import Exponents
 from aeroflutter.motion.march import workspace
 from aeroflutter.motion.reach import reach_of
@@ -37,6 +38,10 @@ LEAST = 1e-12  # the same over the size of the law, for round-off
 BESIDE = 0.3  # relative distance from a known cycle at which a motion is expected to go to it
 CLEAR = 1e-3  # relative distance of two returns at which another cycle may be just beside it
 MOST = 4000  # maxima over which an exponent is measured
+LAST = 400  # the same of a motion that has faded: it is over soon
+PERSISTENT = 20  # times as patient while it settles at a rate that is quick enough to end by then
+ENDURING = 10_000  # loops from which the rate at which it settles is believed
+ENOUGH = 0.2  # change of the height until then that may end it
 
 
 class Settling:
@@ -124,6 +129,7 @@ class Settling:
             kernel.FOUND: self._keep,
             kernel.UNPREPARED: self._prepare,
             kernel.CREEPING: self._creep,
+            kernel.FADING: self._fade,
         }
         while True:
             why = kernel.settle(
@@ -198,10 +204,23 @@ class Settling:
             self.envelope = Envelope()
         self.envelope.add(past.peaks, past.troughs, past.misses)
         due = count // cycles
-        if due & (due - 1) == 0:  # one, two, four, eight, … times as many
+        patient = self._patient(due)
+        if due & (due - 1) == 0 or not patient:  # one, two, four, eight, … times as many
             self._judge(count)
-        if past.memo[kernel.PHASE] != kernel.ENDING and due >= self.options.patience:
+        if past.memo[kernel.PHASE] != kernel.ENDING and not patient:
             self._end(codes.UNDECIDED, codes.DRIFTING)
+
+    def _patient(self, due: int) -> bool:
+        """Whether a motion may settle yet, after so many times the number of cycles.
+
+        It may where it comes to a halt on a cycle, or changes so fast that it may be over in time.
+        """
+        change, past = self.envelope.change(), self.past
+        left = (PERSISTENT * self.options.patience - due) * int(self.options.cycles)
+        quick = (abs(change.total) + change.error) * left > ENOUGH * change.loops
+        halts = past.memo[kernel.OWN] == 1 or self.envelope.halts()
+        known = self.envelope.loops >= ENDURING and left > 0
+        return due < self.options.patience or (known and bool(quick or halts))
 
     def _quickens(self) -> bool:
         """Whether the motion switches ever faster, and goes to y = 0 for certain."""
@@ -213,11 +232,13 @@ class Settling:
     def _judge(self, count: int) -> None:
         """What the envelope so far is evidence of."""
         envelope, row = self.envelope, self.numbers[self.past.memo[kernel.CELL]]
-        change = envelope.change()
+        change, long = envelope.change(), count >= PATIENT * self.options.cycles
         row[kernel.RATE] = change.rate
-        if envelope.retreats() and self._homogeneous():
+        if envelope.retreats() and self._homogeneous() and self._meets(min(count, MOST)):
             self._end(codes.DAMPED, codes.RETREATS, self._corner)
-        elif self.flow.proofs.idle:  # where nothing is damped outside, nothing is an attractor
+        elif long and self._outgrows():
+            self._end(codes.DIVERGENT, codes.OUTGROWN)
+        elif self.flow.proofs.idle and not self._lossless:  # nothing is an attractor
             if change.total > -change.error:
                 self._end(codes.NEITHER, codes.FLUTTER)
         elif not change.moving or envelope.flat:
@@ -227,16 +248,58 @@ class Settling:
             row[kernel.EXPONENT] = found.values[0]
             if envelope.chaotic(found):
                 self._end(codes.APERIODIC, codes.UNSETTLED)
-            elif count >= PATIENT * self.options.cycles and envelope.stationary():
-                still = lossless(self.flow.arrays.generator[:, :, : self.flow.n])
-                neither = codes.NEITHER, codes.LOSSLESS
-                self._end(*(neither if still else (codes.APERIODIC, codes.TORUS)))
+            elif self.flow.proofs.idle:
+                self._end(codes.NEITHER, codes.FLUTTER)
+            elif long:
+                self._last_of_all()
+
+    @property
+    def _lossless(self) -> bool:
+        """Whether nothing is damped on any piece."""
+        return lossless(self.flow.arrays.generator[:, :, : self.flow.n])
+
+    def _last_of_all(self) -> None:
+        """What a bounded motion that neither settles nor parts from its neighbours is."""
+        if self._lossless:
+            if self.envelope.flat:
+                self._end(codes.NEITHER, codes.LOSSLESS)
+        elif self.envelope.stationary():
+            self._end(codes.APERIODIC, codes.TORUS)
+
+    def _meets(self, count: int) -> bool:
+        """Whether neighbours come nearer to each other: a mode that is small as yet may grow."""
+        found = self._exponents(count)
+        if found is None:
+            return True
+        error = max(float(found.statistical[0]), abs(float(found.drift[0])))
+        return bool(found.values[0] < -error)
+
+    def _fade(self) -> None:
+        """A motion has been nothing to the spring for some loops."""
+        if self.flow.sliders.size or self._meets(LAST):
+            self._end(codes.DAMPED, codes.FADED, float(self.past.clock[kernel.GIVEN]))
+        else:
+            self.past.clock[kernel.QUIET] = -LAST
 
     def _exponents(self, count: int) -> Exponents | None:
         """The largest exponent over the next so many maxima; None if the motion ends before."""
         n, past = self.flow.n, self.past
         point = past.points[past.memo[kernel.MAXIMUM] % RING]
         return growth(self.flow, point[:n], point[n:], count)
+
+    def _outgrows(self) -> bool:
+        """Whether the motion has outgrown the law, and grows at every larger size."""
+        proofs = self.flow.proofs
+        loose = proofs.unstable or (proofs.idle and self._lossless)
+        if self.flow.m > 1 or not loose or self.envelope.goes_on() <= 0:
+            return False
+        flow, spring, (low, high) = self.flow, self.flow.springs[0], self.envelope.last()
+        first, last = spring.span()
+        if not low < first <= last < high:
+            return False
+        loop = Loop(flow.A, flow.B[:, 0], flow.C[0], flow.d)
+        rates = growth_at(loop, spring, larger(0.5 * (high - low)), 0.5 * (high + low))
+        return bool(np.all(rates > 0.0))
 
     def _homogeneous(self) -> bool:
         """Whether the motion is about a rest at a corner of the law, and reaches no other."""

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 __all__ = ["proofs_of", "proofs_of_many"]
 
 ZERO = 1e-11  # eigenvalues below this part of the largest are zero
+APART = 1e6  # times that: how far round-off may part the two zeros of a drift
 BALANCED = 1e-12  # relative size of what is left of an equilibrium
 BASIS = 1e9  # condition beyond which eigenvectors are no basis to be trusted
 # Whether the motion about the rest of a mode dies out; whether it goes on, but does not grow.
@@ -219,13 +220,16 @@ def _decays(
     n = values.shape[1]
     neutral = np.abs(values) <= spectra.small[:, None]
     count = np.sum(neutral, axis=1)
-    swings = (np.abs(values.real) <= spectra.small[:, None]) & ~neutral
+    apart = np.abs(values.imag) > spectra.small[:, None] * APART  # else a zero that is defective
+    swings = (np.abs(values.real) <= spectra.small[:, None]) & apart
     slack = slack[at]
     falls = np.all((values.real < -spectra.small[:, None]) | neutral, axis=1)
     falls &= np.where(slack > 0, count == slack, count < 2)
     if outputs is not None:
         C, direct = outputs[at, :, :n], outputs[at, :, n:]
+    slow = ~neutral & ~apart & (np.abs(values.real) <= spectra.small[:, None])
     stays = np.all(values.real <= spectra.small[:, None], axis=1) & (count == 0)
+    stays &= ~np.any(slow, axis=1)
     decays = np.where(falls, np.where(count > 0, UNLESS_PUSHED, ALWAYS), NEVER)
     decays[stays & np.any(swings, axis=1)] = SWINGS
     decays[~spectra.trusted] = NEVER

@@ -10,7 +10,7 @@ import numpy as np
 
 from aeroflutter.motion._kernel_settle import fundamental, repeats
 from aeroflutter.motion.basins import Basin, smooth_basin
-from aeroflutter.motion.evidence import GROUP, PATIENT, Envelope, lossless
+from aeroflutter.motion.evidence import GROUP, PATIENT, Envelope, growth_at, lossless, smaller
 from aeroflutter.motion.parting import exponents
 from aeroflutter.motion.response import SimulateOptions, State
 
@@ -35,6 +35,11 @@ QUIET = 1e-6
 STILL = 1e-9  # of the largest root: what grows no faster does not grow
 NEWTON = 30
 MEASURED = 1000  # oscillations over which an exponent is measured
+CENTRED = 0.05  # of its size: how far the middle of a motion may be from its rest
+DWINDLES = (
+    "it shrinks by {rate:.3g} % a hundred cycles, as by the describing function it does at every "
+    "smaller size down to a rest that attracts"
+)
 OVERFLOW = 1e150  # rad; squares of larger numbers are not finite
 THESIS_DAMPED = np.radians(0.001)
 THESIS_DIVERGENT = np.radians(100.0)
@@ -282,6 +287,10 @@ class Watch:
     def _evident(self, state: Array, memory: float) -> Verdict | None:
         """What the envelope is evidence of, by the rules of the exact engine."""
         envelope, cycles = self.envelope, self.turns // 2
+        long = envelope.loops >= PATIENT * self.options.cycles
+        if long and self._dwindles():
+            rate = -100.0 * envelope.change().rate
+            return Verdict("damped", DWINDLES.format(rate=rate))
         if envelope.change().moving and not envelope.flat:
             return None
         found = self._parting(state, memory, min(envelope.loops, MEASURED))
@@ -290,9 +299,10 @@ class Watch:
         said = f"bounded, its envelope stationary over {cycles} cycles"
         if envelope.chaotic(found):
             return Verdict("aperiodic", f"{said}, neighbours part: exponent {found.values[0]:.3g}")
-        if envelope.loops >= PATIENT * self.options.cycles and envelope.stationary():
-            if self._lossless(state):
+        if long and self._lossless(state):
+            if envelope.flat:
                 return Verdict("neutral", "nothing is damped: the motion neither settles nor grows")
+        elif long and envelope.stationary():
             return Verdict("aperiodic", f"{said}, neighbours neither part nor meet")
         return None
 
@@ -304,6 +314,22 @@ class Watch:
         """Whether nothing is damped."""
         slopes = closed_slopes(self.spring, float(self.system.c @ state))
         return lossless(np.array([self.system.closed(slope) for slope in slopes]))
+
+    def _dwindles(self) -> bool:
+        """Whether the motion shrinks about a rest, and does so at every smaller size."""
+        if self.spring.piece_table() is not None or self.envelope.goes_on() >= 0:
+            return False
+        low, high = self.envelope.last()
+        size, rest = 0.5 * (high - low), self._still_pitch(0.5 * (high + low))
+        if not abs(0.5 * (high + low) - rest) < CENTRED * size:
+            return False
+        closed = self.system.closed(self._slope(rest))
+        rates = growth_at(self.system, self.spring, smaller(size), rest)
+        values = np.linalg.eigvals(closed)
+        if np.all(values.real < -STILL * np.abs(values).max()) and np.all(rates < 0.0):
+            self.rest = rest
+            return True
+        return False
 
 
 def _loops(count: int) -> str:

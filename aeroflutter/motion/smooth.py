@@ -34,6 +34,8 @@ LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is 
 PATIENCE = 50  # times `cycles` that a motion still settling may take
 CIRCLE = 1e-5  # distance of a multiplier from one that differences do not tell from zero
 NEITHER = "a cycle that neither attracts nor repels: a multiplier on the unit circle"
+BESIDE = 0.2  # of its size: how far a cycle may be that a motion still moves to
+APPROACHES = "the motion moves to an attracting cycle beside it by {rate:.3g} % a hundred cycles"
 COARSE = 64  # samples a window where no record is wanted
 KEPT = 40  # windows of a motion of which no record is wanted
 
@@ -70,6 +72,7 @@ class _Run:
         self.due = options.cycles
         self.samples: list[Array] = [state[None].astype(float)]
         self.verdict: Verdict | None = None
+        self.cycle: dict[str, Any] = {}
         self.failure = ""
 
     def go(self) -> None:
@@ -99,8 +102,27 @@ class _Run:
         if not self.options.decide or self.options.criteria == "thesis" or cycles < self.due:
             return False
         self.due *= 2
-        known = self._last().state == "aperiodic"
-        return known or cycles >= PATIENCE * self.options.cycles
+        if self._last().state != "undecided":
+            return True
+        if cycles < PATIENCE * self.options.cycles:
+            return False
+        self.verdict = self._approaching()
+        return True
+
+    def _approaching(self) -> Verdict | None:
+        """The verdict on a motion that is still on its way to an attracting cycle beside it."""
+        watch, way = self.watch, self.watch.envelope.goes_on()
+        if not way:
+            return None
+        period = float(watch.times[-1] - watch.times[-3])
+        found = settled_cycle(self.loop, self.motion.state, period, self.limits, BESIDE)
+        if found is None or not found["multiplier"] < 1.0 - CIRCLE:
+            return None
+        low, high = watch.envelope.last()
+        if not 0.0 < way * (found["amplitude"] / (0.5 * (high - low)) - 1.0) < BESIDE:
+            return None
+        self.cycle = found
+        return Verdict("lco", APPROACHES.format(rate=100.0 * watch.envelope.change().rate), 1)
 
     def _judge(self, stretch: Stretch) -> Verdict | None:
         """Show a window to the watch."""
@@ -124,7 +146,7 @@ class _Run:
         kept = states if self.options.record else states[:0]
         measures = self.watch.measures(verdict, lambda n: states[-n:] @ loop.system.C[0], dt)
         extras = {"loops": verdict.loops, "rtol": self.motion.tolerance}
-        cycle = self._cycle(verdict, measures.get("period", np.nan))
+        cycle = self.cycle or self._cycle(verdict, measures.get("period", np.nan))
         if cycle:
             extras["multiplier"] = cycle.pop("multiplier")
             if abs(extras["multiplier"] - 1.0) < CIRCLE:

@@ -20,13 +20,13 @@ __all__ = ["settled_cycle"]
 
 SAMPLES = 512  # of a period
 NEWTON = 8  # iterations
-NEAR = 1e-2  # of the size of the motion: a cycle farther away is another one
+NEAR = 1e-2
 CLOSED = 1e3  # times the tolerance of the march, in sizes
 DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
 
 
 def settled_cycle(
-    loop: SmoothLoop, state: Array, period: float, limits: Limits
+    loop: SmoothLoop, state: Array, period: float, limits: Limits, near: float = NEAR
 ) -> dict[str, Any] | None:
     """Measures of the cycle next to a state, None if Newton's method does not find it.
 
@@ -36,6 +36,8 @@ def settled_cycle(
     ----------
     state, period
         A point near the cycle, (n,), and about how long it takes.
+    near
+        Of the size of the motion: a cycle farther away is another one.
 
     Returns
     -------
@@ -51,7 +53,7 @@ def settled_cycle(
         monodromy = orbit.monodromy(x, T, sizes)
         left = (end - x) / sizes
         if np.max(np.abs(left)) < CLOSED * orbit.tolerance:
-            close = np.max(np.abs(x - state) / sizes) < NEAR
+            close = np.max(np.abs(x - state) / sizes) < near
             return orbit.measures(x, T, monodromy) if close else None
         matrix = np.zeros((x.size + 1, x.size + 1))
         matrix[:-1, :-1] = monodromy - np.eye(x.size)

@@ -85,5 +85,8 @@ class JointWatch(Watch):
     def _parting(self, state: Array, memory: float, count: int) -> Exponents | None:
         return exponents(self.loop.system, self.loop.springs, state, memory, count)
 
+    def _dwindles(self) -> bool:
+        return False  # one describing function does not tell how several springs act together
+
     def _lossless(self, state: Array) -> bool:
         return lossless(self.loop.system.closed(slopes_of(self.loop, state)))

@@ -12,8 +12,10 @@ upwards. It is over when
   directions contract onto it, and along it there is but one way to go.
 
 A cell whose returns have nearly closed is handed back for the cycle beside them, and goes on.
-Everything else (motions that never reach the section, chaotic ones, outer modes that do not die out) is
-handed back to be settled from where it stands.
+Everything else (motions that never reach the section, outer modes that do not die out) is handed back
+to be settled from its start, by the very steps of a motion on its own. So is a cell that is over, but
+whose returns have spread so much on the way that round-off may have decided: steps here end at switches
+alone, and their last bits are others.
 """
 
 from __future__ import annotations
@@ -86,6 +88,7 @@ NEAR = 5e-2  # relative distance from a known cycle within which returns are com
 LONG = 12  # returns from which a path is worth keeping beside its cycle
 UNKNOWN_CYCLE = 4  # settled returns in a row before a cycle is sought beside the known ones
 PATIENCE = 24  # returns near a known cycle that do not go to it
+PARTED = 3.0  # growth of the distance of returns, in logarithms, beyond which round-off may decide
 
 
 class Paths(NamedTuple):
@@ -108,6 +111,9 @@ class Paths(NamedTuple):
         was from the path, (q,).
     waits
         Its returns near a known cycle, and its settled ones in a row, (2,).
+    spread
+        Logarithm of how much the distance of its returns has grown, whenever it did; the last
+        distance, (2,).
     """
 
     points: Real3
@@ -121,6 +127,7 @@ class Paths(NamedTuple):
     agreed: Whole1
     far: Real1
     waits: Whole1
+    spread: Real1
 
 
 class Targets(NamedTuple):
@@ -318,6 +325,27 @@ def returned(paths: Paths, targets: Targets, memo: Index, waits: Index) -> int:
 
 
 @kernel(inner=True, bare=True)
+def note_spread(paths: Paths, k: int) -> None:
+    """How much the returns of the cell at hand have spread: what grows now may shrink again, but
+
+    what round-off has put into it grows with it.
+    """
+    own, spread = paths.rates.shape[0] - 1, paths.spread
+    far = 0.0
+    for i in range(paths.points.shape[2]):
+        value = paths.points[own, k, i]
+        size = abs(value) if k == 0 else max(paths.sizes[own, i], abs(value))
+        paths.sizes[own, i] = size
+        if k > 0 and size > 0.0:
+            far = max(far, abs(value - paths.points[own, k - 1, i]) / size)
+    if k == 0:
+        spread[0] = 0.0
+    elif k > 1 and far > spread[1] > 0.0:
+        spread[0] += np.log(far / spread[1])
+    spread[1] = far
+
+
+@kernel(inner=True, bare=True)
 def enter_return(system: System, motion: Motion, paths: Paths, k: int) -> None:
     """Note the return at hand: the state, and y' there."""
     n = system.C.shape[1]
@@ -333,6 +361,7 @@ def enter_return(system: System, motion: Motion, paths: Paths, k: int) -> None:
                 slope += system.generator[p, i, n + j] * motion.inputs[j]
             rate += system.C[0, i] * slope
     paths.rates[own, k], paths.times[k] = rate, motion.clock[0]
+    note_spread(paths, k)
 
 
 @kernel(inner=True, bare=True)
@@ -347,6 +376,7 @@ def goal(
     none, waits = motion.none, paths.waits
     if memo[GOES_ON] == 0:
         waits[:] = 0
+        paths.spread[:] = 0.0
         memo[RETURNS] = 0
         for q in range(memo[PATHS]):
             paths.hints[q], paths.agreed[q], paths.far[q] = -1, -1, np.inf
@@ -416,9 +446,9 @@ def follow(
     longest
         Time after which a cell is handed back.
     states, memories
-        Where the cells start, (c, n) and (c, 1); of the one handed back, where it stands.
+        Where the cells start, (c, n) and (c, 1); of one that has nearly closed, where it stands.
     codes, numbers
-        See `_kernel_ends.settle`. Of a cell that is handed back: the time so far.
+        See `_kernel_ends.settle`.
     memo
         See above.
 
@@ -440,11 +470,13 @@ def follow(
         row = numbers[cell]
         row[:] = np.nan
         row[TIME] = motion.clock[0]
-        if memo[GOAL] < ONWARDS:
+        if memo[GOAL] == CLOSED:
             for j in range(states.shape[1]):
                 states[cell, j] = motion.xs[motion.memo[NOW], j]
             memories[cell, 0] = memory_of(system, motion, 0)
-            return CLOSING if memo[GOAL] == CLOSED else OPEN
+            return CLOSING
+        if memo[GOAL] == HANDED_BACK or paths.spread[0] > PARTED:
+            return OPEN
         memo[CELL] += 1
         if memo[GOAL] == ONWARDS:
             row[AMPLITUDE], row[BIAS], row[REST] = 0.0, rest, rest

@@ -91,6 +91,7 @@ class _Decided:
     ) -> None:
         count = states.shape[0]
         self.flow, self.states, self.memories, self.options = flow, states, memories, options
+        self.starts = states.copy(), memories.copy()
         self.codes = np.empty((count, 2), dtype=np.int64)
         self.numbers = np.empty((count, ends.NUMBERS))
         self.cycles = no_cycles(kernel.MOST_PATHS + 1, flow.n + 1)
@@ -117,6 +118,8 @@ class _Decided:
                 self.memo[kernel.GOES_ON] = 1
                 continue
             self.memo[kernel.GOAL] = self._settle(cell)
+            if self.paths.spread[0] > kernel.PARTED:  # the path may be that of another motion
+                self.memo[kernel.RETURNS] = 0
             self.memo[kernel.CELL] += 1
 
     def _close(self, cell: int) -> bool:
@@ -146,17 +149,15 @@ class _Decided:
         return bool(np.any(np.all(np.abs(of[:place] - of[place]) < SAME * scale, axis=1)))
 
     def _settle(self, cell: int) -> int:
-        """Settle a cell from where it stands; the place of its cycle, or -1."""
+        """Settle a cell as if it were alone; the place of its cycle, or -1."""
         known, row = int(self.memo[kernel.CYCLES]), self.numbers[cell]
-        start = self.states[cell : cell + 1], self.memories[cell : cell + 1]
+        start = self.starts[0][cell : cell + 1].copy(), self.starts[1][cell : cell + 1]
         for j in range(self.tried, known):
             self.cycles.reach[j] = reach_of(self.flow, self.cycles, j)
         settling = Settling(self.flow, *start, self.options, share=True)
         settling.cycles, settling.past.memo[ends.COUNT] = self.cycles, known
         settling.run()
-        time = row[ends.TIME]
         row[:], self.codes[cell] = settling.numbers[0], settling.codes[0]
-        row[ends.TIME] += time
         # where there is no room among the targets, the next cells find it anew
         found = min(int(settling.past.memo[ends.COUNT]), kernel.MOST_PATHS)
         if found > known:
@@ -226,6 +227,7 @@ def _no_paths(n: int) -> kernel.Paths:
         agreed=np.zeros(count, dtype=np.int64),
         far=np.zeros(count),
         waits=np.zeros(2, dtype=np.int64),
+        spread=np.zeros(2),
     )
 
 
