@@ -77,7 +77,8 @@ class EndOptions:
         A bounded motion that does not settle is judged after this many cycles, twice as many, four
         times as many, and so on.
     patience
-        It is undecided after this many times as many.
+        It is undecided after this many times as many, or twenty times as many again where it comes
+        to a halt on a cycle, or changes so fast that this may end it.
     growth
         Where the outer branch is unstable, a motion diverges beyond this multiple of the larger
         of spring scale and initial pitch, if it is not proved to diverge before.

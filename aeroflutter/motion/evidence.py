@@ -113,11 +113,11 @@ class Envelope:
 
     def add(self, peaks: Array, troughs: Array, misses: Array) -> None:
         """Enter loops: maxima, the minimum before each, and `miss` of each (see `BROAD`)."""
-        for begin in range(0, peaks.size - GROUP + 1, GROUP):
-            part = slice(begin, begin + GROUP)
-            self.low.append(float(np.min(troughs[part])))
-            self.high.append(float(np.max(peaks[part])))
-            self.miss.append(float(np.max(misses[part])))
+        whole = peaks.size // GROUP * GROUP
+        low, high, miss = (part[:whole].reshape(-1, GROUP) for part in (troughs, peaks, misses))
+        self.low.extend(low.min(axis=1).tolist())
+        self.high.extend(high.max(axis=1).tolist())
+        self.miss.extend(miss.max(axis=1).tolist())
 
     @property
     def loops(self) -> int:

@@ -204,9 +204,12 @@ class Settling:
             self.envelope = Envelope()
         self.envelope.add(past.peaks, past.troughs, past.misses)
         due = count // cycles
-        patient = self._patient(due)
+        look = due % PATIENT == 0
+        patient = due < self.options.patience or not look or self._patient(due)
         if due & (due - 1) == 0 or not patient:  # one, two, four, eight, … times as many
             self._judge(count)
+        elif look and self._outgrows():
+            self._end(codes.DIVERGENT, codes.OUTGROWN)
         if past.memo[kernel.PHASE] != kernel.ENDING and not patient:
             self._end(codes.UNDECIDED, codes.DRIFTING)
 
@@ -219,8 +222,7 @@ class Settling:
         left = (PERSISTENT * self.options.patience - due) * int(self.options.cycles)
         quick = (abs(change.total) + change.error) * left > ENOUGH * change.loops
         halts = past.memo[kernel.OWN] == 1 or self.envelope.halts()
-        known = self.envelope.loops >= ENDURING and left > 0
-        return due < self.options.patience or (known and bool(quick or halts))
+        return self.envelope.loops >= ENDURING and left > 0 and bool(quick or halts)
 
     def _quickens(self) -> bool:
         """Whether the motion switches ever faster, and goes to y = 0 for certain."""
@@ -289,7 +291,8 @@ class Settling:
 
     def _outgrows(self) -> bool:
         """Whether the motion has outgrown the law, and grows at every larger size."""
-        proofs = self.flow.proofs
+        proofs, row = self.flow.proofs, self.numbers[self.past.memo[kernel.CELL]]
+        row[kernel.RATE] = self.envelope.change().rate
         loose = proofs.unstable or (proofs.idle and self._lossless)
         if self.flow.m > 1 or not loose or self.envelope.goes_on() <= 0:
             return False
