@@ -61,6 +61,39 @@ def slow(x: float) -> float:
         total += x
     return total
 """
+APART = """
+from __future__ import annotations
+import numpy as np
+from aeroflutter.kernels import kernel
+from aeroflutter.kernels.arrays import Real1
+
+@kernel(inner=True)
+def doubled(x: float) -> float:
+    if x < 0.0:
+        raise ValueError("below zero")
+    return 2.0 * x
+
+@kernel(entry=True, apart=True)
+def shared(x: float, values: Real1) -> tuple[float, int]:
+    values[0] += doubled(x)
+    return values[0], values.size
+
+@kernel(entry=True)
+def caller(x: int, values: Real1) -> float:
+    total, size = shared(x, values)
+    return total + 10.0 * size + doubled(x)
+"""
+APART_CALLS = """
+import numpy as np
+from aeroflutter._kernel_apart import caller, shared
+print(caller(3, np.zeros(2)), shared(1.0, np.ones(1)), end=" ")
+for of in (caller, shared.dispatcher):
+    print(sum(of.stats.cache_hits.values()), len(of.signatures), end=" ")
+try:
+    caller(-1, np.zeros(2))
+except ValueError as error:
+    print(error)
+"""
 ONCE = """
 from aeroflutter._kernel_patient import slow
 print(slow(1.0), len(slow.dispatcher.signatures))
@@ -145,6 +178,17 @@ def test_a_patient_kernel_remembers_what_it_has_taken_uncompiled(copy, tmp_path)
     spent.write_text("lost")
     next(spent.parent.glob("_kernel_patient.slow-*.code")).unlink()
     assert run(copy, ONCE, **cache) == ("3000000.0 0\n", "")
+
+
+def test_a_kernel_apart_is_in_no_other_and_there_before_them(copy, tmp_path):
+    """Each process learns its address before it loads what calls it, also where that is lost."""
+    (copy / "_kernel_apart.py").write_text(APART)
+    answers = "32.0 (3.0, 1) {} 1 {} 1 below zero\n"
+    for hits in ((0, 0), (1, 1)):
+        assert run(copy, APART_CALLS, NUMBA_CACHE_DIR=tmp_path)[0] == answers.format(*hits)
+    (lost,) = tmp_path.glob("aeroflutter/*/_kernel_apart.shared-*.code")
+    lost.unlink()
+    assert run(copy, APART_CALLS, NUMBA_CACHE_DIR=tmp_path)[0] == answers.format(1, 0)
 
 
 def test_a_lost_or_broken_file_is_made_again(copy, tmp_path):
