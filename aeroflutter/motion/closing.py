@@ -13,19 +13,19 @@ import numpy as np
 from aeroflutter.motion import _kernel_cycle as kernel
 from aeroflutter.motion._kernel_cycle import ATTRACTS, INDIFFERENT, NOTHING, UNPREPARED
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, Cycles
-from aeroflutter.motion._kernel_flow import DONE, FULL, PLACE
-from aeroflutter.motion.march import March, workspace
+from aeroflutter.motion._kernel_flow import DONE, FULL, NOWHERE, PLACE, march
+from aeroflutter.motion.march import FOREVER, March, stand, workspace
 from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HELD
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from aeroflutter.motion.flow import Flow
+    from aeroflutter.motion.flow import Flow, Point
 
     Array = NDArray[np.float64]
     Complex = NDArray[np.complex128]
 
-__all__ = ["Closing", "Spectrum", "contraction", "section_map"]
+__all__ = ["Closing", "approach", "norm", "section_map"]
 
 RETURNS = 1e-7  # relative distance at which a part of a period is one
 CIRCLE = 1e-7  # distance of multipliers from the unit circle that is not told from zero
@@ -69,7 +69,7 @@ class Closing:
         self, point: Array, period: float, lag: int, size: Array, span: float, cycles: Cycles,
         place: int,
     ) -> int:  # fmt: skip
-        """Close a near return into a cycle; enter it at a place of `cycles` if it attracts.
+        """Close a near return into a cycle; enter what it measures at a place of `cycles`.
 
         Parameters
         ----------
@@ -85,8 +85,8 @@ class Closing:
         Returns
         -------
         int
-            `ATTRACTS`, `INDIFFERENT` (a multiplier on the unit circle; its measures alone are
-            entered), or `NOTHING`.
+            `ATTRACTS` (`norm` then says how), `INDIFFERENT` (a multiplier on the unit circle), or
+            `NOTHING`.
         """
         z, unit = point.copy(), np.maximum(size, 1e-14 * np.max(size))
         closed, period = self._smallest(z, period, lag, unit)
@@ -100,14 +100,13 @@ class Closing:
         Q = section_map(self.room.normal, self.room.monodromy, self.room.f, unit)
         if not np.all(np.isfinite(Q)):
             return NOTHING
-        spectrum = Spectrum.of(Q)
-        sizes, free = np.abs(spectrum.values), False
+        values = eigenvalues(Q)
+        sizes, free = np.abs(values), False
         if extent.inside:
-            one = np.abs(spectrum.values - 1.0)
+            one = np.abs(values - 1.0)
             free = bool(np.min(one) < CONTINUUM)
             sizes[np.argmin(one)] *= not free
-        leading = int(np.argmax(sizes))
-        radius = float(sizes[leading])
+        radius = float(np.max(sizes))
         if not radius < 1.0 + CIRCLE:
             return NOTHING
         cycles.Q[place], cycles.z[place], cycles.size[place] = Q, z, unit
@@ -116,10 +115,6 @@ class Closing:
         cycles.bias[place], cycles.radius[place] = 0.5 * (extent.most + extent.least), radius
         if not radius < 1.0 - CIRCLE:
             return INDIFFERENT
-        cycles.rho[place] = 1.0
-        if not free:
-            cycles.rho[place], cycles.P[place] = contraction(Q, radius)
-            cycles.slow[place] = spectrum.rows(leading, cycles.P[place])
         return ATTRACTS
 
     def _smallest(self, z: Array, period: float, lag: int, unit: Array) -> tuple[bool, float]:
@@ -138,6 +133,18 @@ class Closing:
             if status == UNPREPARED:
                 self.flow.prepare(np.array([self.probe.memo[PLACE]]))
         return status == ATTRACTS, found
+
+    def carried(self, point: Point, duration: float) -> Array | None:
+        """d x/d x over a time from a point, (n, n); None if the motion does not go on so long."""
+        n, probe, flow = self.flow.n, self.probe, self.flow
+        stand(probe, point)
+        probe.tangents[:] = 0.0
+        probe.tangents[np.arange(n), np.arange(n)] = 1.0
+        none = probe.none
+        status = march(
+            flow.arrays, probe, point.time + duration, FOREVER, NOWHERE, none, none, none
+        )
+        return probe.tangents[:n, :n].copy() if status == DONE else None
 
     def _comes_back(self, z: Array, time: float, size: Array) -> bool:
         """Whether z comes back to itself after a time."""
@@ -175,6 +182,31 @@ class Closing:
         return Extent(least, most, maxima, inside)
 
 
+def norm(cycles: Cycles, place: int) -> None:
+    """Enter the norm in which the return map of a cycle contracts, and what decays slowest."""
+    Q = cycles.Q[place]
+    cycles.rho[place] = 1.0
+    if not cycles.free[place]:
+        cycles.rho[place], cycles.P[place], cycles.slow[place] = approach(
+            Q, float(cycles.radius[place])
+        )
+
+
+def approach(Q: Array, radius: float) -> tuple[float, Array, Array]:
+    """ρ and P of `contraction`, and the rows of the coordinate of Q that decays slowest."""
+    rho, P = contraction(Q, radius)
+    spectrum = Spectrum.of(Q)
+    return rho, P, spectrum.rows(int(np.argmax(np.abs(spectrum.values))), P)
+
+
+def eigenvalues(Q: Array) -> Complex:
+    """Of a matrix that is small: LAPACK, without what numpy and scipy put around it."""
+    from scipy.linalg.lapack import dgeev
+
+    real, imaginary, *_ = dgeev(Q, compute_vl=0, compute_vr=0)
+    return np.asarray(real + 1j * imaginary)
+
+
 def section_map(normal: Array, monodromy: Array, f: Array, size: Array) -> Array:
     """Derivative of the return map on a section of this normal, in units of `size`, (k, k)."""
     along = (normal @ monodromy) / (normal @ f)
@@ -190,7 +222,7 @@ class Spectrum(NamedTuple):
 
     @classmethod
     def of(cls, Q: Array) -> Spectrum:
-        """Of one that is small: LAPACK, without what numpy and scipy put around it."""
+        """As `eigenvalues`."""
         from scipy.linalg.lapack import dgeev
 
         real, imaginary, left, right, _ = dgeev(Q)

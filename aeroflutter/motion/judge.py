@@ -12,7 +12,7 @@ from aeroflutter.motion._kernel_cycle import ATTRACTS, INDIFFERENT
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, RING, Cycles
 from aeroflutter.motion._kernel_flow import NOW, PLACE, TABLE, Motion
 from aeroflutter.motion.basins import Loop
-from aeroflutter.motion.closing import Closing
+from aeroflutter.motion.closing import Closing, norm
 from aeroflutter.motion.evidence import PATIENT, Envelope, growth_at, larger, lossless
 from aeroflutter.motion.exponents import Exponents
 from aeroflutter.motion.march import workspace
@@ -161,6 +161,7 @@ class Settling:
         found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
         if found == ATTRACTS:
             place = int(memo[kernel.COUNT])
+            norm(self.cycles, place)
             self.cycles.reach[place] = reach_of(self.flow, self.cycles, place)
             memo[kernel.OWN], memo[kernel.PHASE] = 1, kernel.COUNTING
         elif found == INDIFFERENT and miss < EXACT:

@@ -18,7 +18,7 @@ from aeroflutter.springs.piece_table import STUCK_MODE
 if TYPE_CHECKING:
     from aeroflutter.motion.flow import Flow, Point
 
-__all__ = ["FOREVER", "March", "fundamental", "workspace"]
+__all__ = ["FOREVER", "March", "fundamental", "stand", "workspace"]
 
 Array = NDArray[np.float64]
 
@@ -53,6 +53,16 @@ def workspace(flow: Flow, tangents: Array | None = None, reaches: bool = False) 
         rates=np.zeros((2, n)),
         none=np.zeros((0, 0)),
     )
+
+
+def stand(motion: kernel.Motion, point: Point) -> None:
+    """Take up a motion at a point."""
+    motion.xs[0, : point.x.size] = point.x
+    motion.h[:], motion.modes[:] = point.memory, point.modes
+    motion.clock[0] = point.time
+    memo = motion.memo
+    memo[kernel.NOW] = memo[kernel.TREND] = memo[kernel.JUMPED] = memo[kernel.STILL] = 0
+    memo[kernel.TABLE] = -1
 
 
 class March:
@@ -106,12 +116,7 @@ class March:
 
     def stand(self, point: Point) -> None:
         """Take up the motion at a point."""
-        motion = self.motion
-        motion.xs[0, : self.flow.n] = point.x
-        motion.h[:], motion.modes[:] = point.memory, point.modes
-        motion.clock[0] = point.time
-        motion.memo[[kernel.NOW, kernel.TREND, kernel.JUMPED]] = 0
-        motion.memo[kernel.TABLE] = -1
+        stand(self.motion, point)
 
     @property
     def time(self) -> float:

@@ -12,7 +12,7 @@ from aeroflutter.motion._kernel_cycle import ATTRACTS
 from aeroflutter.motion._kernel_flow import AT_SWITCH, AT_TURN, LAST, STOPPED, TREND
 from aeroflutter.motion._kernel_proofs import LCO
 from aeroflutter.motion._kernel_roots import ABOVE
-from aeroflutter.motion.closing import Closing, Spectrum, contraction, section_map
+from aeroflutter.motion.closing import Closing, approach, norm, section_map
 from aeroflutter.motion.endstates import EndOptions
 from aeroflutter.motion.flow import EVENTS, Flow, Point
 from aeroflutter.motion.judge import Settling, no_cycles
@@ -136,7 +136,8 @@ class _Decided:
         found = self.closing.find(loop.point, guess, lag, loop.size, loop.span, self.cycles, known)
         if found != ATTRACTS or self.cycles.free[known] or self._is_known(known):
             return False
-        aim(self.flow, self.cycles, known, self.targets)
+        returns = round(lag * float(self.cycles.period[known]) / guess)
+        aim(self.flow, self.cycles, known, self.targets, self.closing, returns)
         if self.targets.lag[known] == 0:
             return False
         self.memo[kernel.CYCLES] = known + 1
@@ -153,6 +154,7 @@ class _Decided:
         known, row = int(self.memo[kernel.CYCLES]), self.numbers[cell]
         start = self.starts[0][cell : cell + 1].copy(), self.starts[1][cell : cell + 1]
         for j in range(self.tried, known):
+            norm(self.cycles, j)
             self.cycles.reach[j] = reach_of(self.flow, self.cycles, j)
         settling = Settling(self.flow, *start, self.options, share=True)
         settling.cycles, settling.past.memo[ends.COUNT] = self.cycles, known
@@ -241,33 +243,51 @@ def _no_targets(n: int) -> kernel.Targets:
     )  # fmt: skip
 
 
-def aim(flow: Flow, cycles: ends.Cycles, j: int, targets: kernel.Targets) -> None:
-    """Enter known cycle j among the targets, if it returns to the section."""
+def aim(
+    flow: Flow,
+    cycles: ends.Cycles,
+    j: int,
+    targets: kernel.Targets,
+    closing: Closing | None = None,
+    lag: int | None = None,
+) -> None:
+    """Enter known cycle j among the targets, if it returns to the section.
+
+    Parameters
+    ----------
+    closing
+        Work space on this flow, if there is one.
+    lag
+        How often a period it returns, if that is known.
+    """
     n, period, gate = flow.n, float(cycles.period[j]), flow.pieces[0].modes - 2
     targets.lag[j] = 0
     start = flow.begin(cycles.z[j, :n], cycles.z[j, n:])
-    round_once = March(flow, start, events=EVENTS)
-    round_once.run(period)
-    lag = _returns(round_once, int(start.modes[0]), gate)
+    march, mode = March(flow, start, events=EVENTS if lag is None else 0), -1
+    if lag is None:
+        march.run(period)
+        lag = _returns(march, int(start.modes[0]), gate)
+        march.stand(start)
     if lag == 0:
         return
-    march, mode = March(flow, start), -1
     while mode != gate or march.motion.memo[LAST] != ABOVE:
         mode = int(march.motion.modes[0])
+        march.empty()
         if march.run(period, stop=AT_SWITCH) != STOPPED:
             return
     point = march.point()
-    passage = flow.passage(np.append(point.x, point.memory[flow.held]), period)
-    rate, size = flow.rate(point), cycles.size[j, :n]
-    Q = section_map(flow.C[0], passage.jacobian[:n, :n], rate, size)
+    monodromy = (closing or Closing(flow)).carried(point, period)
+    if monodromy is None:
+        return
+    size = cycles.size[j, :n]
+    Q = section_map(flow.C[0], monodromy, flow.rate(point), size)
     targets.point[j], targets.size[j], targets.Q[j] = point.x, size, Q
-    targets.rho[j], targets.P[j] = contraction(Q, float(cycles.radius[j]))
-    spectrum = Spectrum.of(Q)
-    leading = int(np.argmax(np.abs(spectrum.values)))
-    targets.slow[j] = spectrum.rows(leading, targets.P[j])
+    targets.rho[j], targets.P[j], targets.slow[j] = approach(Q, float(cycles.radius[j]))
     targets.lag[j] = lag
     if cycles.radius[j] > SLOW:
         targets.reach[j] = _reach(flow, point, period, targets, j)
+    else:
+        targets.reach[j] = np.inf
 
 
 def _returns(march: March, mode: int, gate: int) -> int:
