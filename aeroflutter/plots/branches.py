@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Line", "draw_lines", "frame", "mark_bifurcations", "method_lines"]
 
 NAMED = 6  # families with a name each in the legend
+DEEPEST = 300.0  # of the largest amplitude in view to the smallest, on a logarithmic axis
 SMOOTH = 400  # points of a line that is rounded between those computed
 
 
@@ -142,7 +143,7 @@ def frame(
             for one in lines
         )
         layout.logarithmic(axes.yaxis)
-        axes.set_ylim(0.75 * least, 1.6 * top)
+        axes.set_ylim(0.75 * max(least, top / DEEPEST), 1.6 * top)
     else:
         axes.set_ylim(0.0, 1.08 * top)
 

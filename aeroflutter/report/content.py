@@ -29,6 +29,9 @@ Array = NDArray[np.float64]
 POINTS = 60  # of a curve that are shown, each with its motion
 MOST_CURVES = 8  # a method
 ARRIVED = 1e-6  # of its first distance at which a motion counts as on its cycle
+SUPERCRITICAL = 1e-3  # nearer to flutter than this a branch starts there, and goes up from it
+DEEPEST = 100.0  # of the largest amplitude in view to the smallest, on a logarithmic axis
+CROWDED = 0.6  # of the points in the lowest quarter of the figure
 FIGURES = 7  # significant, of the numbers on the page
 
 
@@ -83,6 +86,7 @@ def _axis(found: Analyses) -> dict[str, Any]:
     """What speeds are on this page."""
     flutter = {} if found.flutter is None else {"flutter": found.flutter / found.unit}
     if found.case.scale is not None:
+        flutter["semichord"] = found.case.scale.b  # a second is V/b of tau
         return {"key": "velocity", "label": "airspeed V (m/s)", "unit": found.unit, **flutter}
     if found.flutter is None:
         return {"key": "speed", "label": "airspeed U*", "unit": 1.0}
@@ -106,12 +110,15 @@ def _free(found: Analyses) -> dict[str, Any] | None:
 def _facts(found: Analyses) -> list[tuple[str, str]]:
     """What stands at the top: label and value."""
     flutter, divergence = found.locus.flutter, found.locus.divergence
+    scale = found.case.scale
+    metres = (
+        "" if divergence is None or scale is None else f", {scale.velocity(divergence):.5g} m/s"
+    )
     facts = [
         ("linear flutter speed U*_L", "none" if flutter is None else f"{flutter.speed:.6g}"),
         ("reduced frequency there", "-" if flutter is None else f"{flutter.k:.5g}"),
-        ("divergence speed U*_D", "none" if divergence is None else f"{divergence:.5g}"),
+        ("divergence speed U*_D", "none" if divergence is None else f"{divergence:.5g}{metres}"),
     ]
-    scale = found.case.scale
     if flutter is not None and scale is not None:
         hertz = scale.frequency_hz(flutter.k, flutter.speed)
         facts.append(("flutter", f"{scale.velocity(flutter.speed):.5g} m/s at {hertz:.4g} Hz"))
@@ -348,25 +355,28 @@ def _view(found: Analyses) -> dict[str, Any]:
     """Limits of the amplitude figure: far out every branch runs along its asymptote."""
     points = [one for result in _results(found).values() for one in fields_of(result)["branch"]]
     if not points:
-        return {"x": None, "y": None}
+        return {"x": None, "y": None, "log": False}
     x = np.array([one["speed"] for one in points]) / found.unit
     y = np.array([one["amplitude_deg"] for one in points])
     low = float(x.min())
     flutter = (found.flutter or 0.0) / found.unit
-    high = (
-        float(x.max())
-        if found.flutter is None
-        else (flutter + 0.25 * (flutter - low))
-        if low < 0.98 * flutter
-        else max(1.5 * flutter, 1.25 * low)
-    )
+    high = float(x.max())
+    if found.flutter is not None and low < (1.0 - SUPERCRITICAL) * flutter:
+        high = flutter + 0.25 * (flutter - low)
+    elif found.flutter is not None:
+        high = min(high, max(1.5 * flutter, 1.25 * low))
     pad = 0.12 * (high - low)
     inside = (x >= low) & (x <= high)
     size = float(y[inside][np.argmin(x[inside])])
     top = float(y[inside].max())
     if size > 0.05 * math.degrees(found.case.spring.scale):
         top = min(top, 12.0 * size)
-    return {"x": [low - pad, high], "y": [0.0, 1.05 * top]}
+    shown = y[inside & (y <= top) & (y > 0.0)]
+    least = max(float(shown.min(initial=top)), top / DEEPEST)
+    crowded = (shown < 0.25 * top).mean() > CROWDED and least < 0.1 * top
+    if crowded:
+        return {"x": [low - pad, high], "y": [0.75 * least, 1.3 * top], "log": True}
+    return {"x": [low - pad, high], "y": [0.0, 1.05 * top], "log": False}
 
 
 def _map(found: Analyses, motions: Motions) -> dict[str, Any]:

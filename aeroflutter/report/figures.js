@@ -49,7 +49,8 @@ function draw(id, traces, x, y, more = {}) {
   return Plotly.react(id, traces, layout, CONFIG);
 }
 
-const heading = (text) => ({ title: { text, font: { size: 14 }, x: 0.02, xanchor: "left" } });
+const heading = (text) => ({ margin: { l: 52, r: 12, t: 40, b: 44 },
+  title: { text, font: { size: 14 }, x: 0.02, xanchor: "left", yref: "container", y: 0.98, yanchor: "top" } });
 const html = (text) => text.replace("U*_L", "U*<sub>L</sub>").replace("ω_α", "ω<sub>α</sub>");
 const number = (value, digits = 5) =>
   value === null || !Number.isFinite(value) ? "–" : String(+value.toPrecision(digits));
@@ -71,6 +72,16 @@ function marks(pairs) {
 // ---------------------------------------------------------------- section and linear flutter
 
 const MODES = 5; // colours of modes, which come round again
+
+let linearAt = null; // index of the airspeed whose roots are read out
+
+/** Frequency and damping of every mode at one airspeed, in words. */
+function linearWords(n) {
+  const { speeds, speed, frequency, modes } = data.locus;
+  const each = modes.map((mode, i) => (mode.frequency[n] === null ? `mode ${i + 1} does not oscillate`
+    : `mode ${i + 1} ${frequency} ${number(mode.frequency[n], 4)}, damping ratio ${number(mode.damping[n], 3)}`));
+  return `${speed} ${number(speeds[n], 4)}: ${each.join("; ")}.`;
+}
 
 function drawSpring() {
   const { pitch, moment } = data.spring;
@@ -99,13 +110,15 @@ function drawLocus() {
       customdata: growing.map((one) => one.speed),
       marker: { symbol: "x", size: 9, color: colour("ink") },
       hovertemplate: `${speed} %{customdata:.6g}<br>k = %{y:.5g}` },
-  ], axis("Re p", { range: [low - pad, high + pad] }),
+  ], axis("Re p, p over V/b", { range: [low - pad, high + pad] }),
   axis("Im p", top ? { range: [0, top] } : { rangemode: "tozero" }), heading("root locus"));
   const shown = marks([[flutter, "flutter"],
-    [divergence !== null && divergence < Math.max(...speeds) ? divergence : null, "divergence"]]);
+    [divergence !== null && divergence < Math.max(...speeds) ? divergence : null, "divergence"],
+    ...(linearAt === null ? [] : [[speeds[linearAt], ""]])]);
   draw("plot-frequency", each(speeds, "frequency", `${speed} %{x:.5g}<br>${hertz} %{y:.5g}`),
     axis(speed), axis(hertz, { rangemode: "tozero" }),
-    { ...heading("frequency"), ...shown });
+    { ...heading("frequency"), ...shown, showlegend: modes.length <= 8,
+      legend: { orientation: "h", x: 1, xanchor: "right", y: 1.02, yanchor: "bottom", font: { size: 11 } } });
   draw("plot-damping", each(speeds, "damping", `${speed} %{x:.5g}<br>damping %{y:.4g}`),
     axis(speed), axis("damping ratio"), { ...heading("damping"), ...shown });
 }
@@ -122,14 +135,14 @@ function halves(curve, n) {
     return { x: curve.x, y: curve.amplitude.map((value, i) => (mine[i] ? value : null)),
       mode: "lines", name: METHODS[curve.method], legendgroup: curve.method,
       showlegend: wanted && data.curves.findIndex((one) => one.method === curve.method) === n,
-      customdata: curve.x.map((_, i) => [n, i, curve.period[i], curve.bias[i], band(curve, i),
+      customdata: curve.x.map((x, i) => [n, i, periodWords(curve.period[i], x), curve.bias[i], band(curve, i),
         curve.stable[i] ? "stable" : "unstable"]),
       line: { color: colour(`line-${curve.method}`), width: WIDTHS[curve.method],
         dash: wanted ? "solid" : "dash" },
       opacity: curve.method === "exact" ? 1 : 0.75,
       hovertemplate: `${METHODS[curve.method]}, %{customdata[5]}<br>` +
         "speed %{x:.6g}<br>amplitude %{y:.5g}°<br>bias %{customdata[3]:.4g}°<br>" +
-        "period %{customdata[2]:.5g}%{customdata[4]}<extra></extra>" };
+        "%{customdata[2]}%{customdata[4]}<extra></extra>" };
   }).filter((trace) => trace.y.some((value) => value !== null) || trace.showlegend);
 }
 
@@ -142,7 +155,7 @@ function band(curve, i) {
 function outlines() {
   return data.curves.filter((curve) => curve.outline && curve.outline.x.length).map((curve, n) => ({
     x: curve.outline.x, y: curve.outline.y, mode: "lines", fill: "toself", hoverinfo: "skip",
-    fillcolor: colour("shade-df"), line: { width: 0 }, name: "proved band", legendgroup: "band",
+    fillcolor: colour("shade-proved"), line: { width: 0 }, name: "proved band", legendgroup: "band",
     showlegend: n === 0 }));
 }
 
@@ -150,18 +163,32 @@ function bifurcations() {
   return Object.keys(SYMBOLS).map((kind) => {
     const found = data.events.map((event, n) => ({ ...event, n })).filter((e) => e.kind === kind);
     return { x: found.map((e) => e.x), y: found.map((e) => e.amplitude), mode: "markers", name: kind,
-      customdata: found.map((e) => [-1, e.n, e.period]),
+      customdata: found.map((e) => [-1, e.n, periodWords(e.period, e.x)]),
       marker: { symbol: SYMBOLS[kind], size: 9, color: colour("ink"),
         line: { color: colour("paper"), width: kind === "grazing" ? 2 : 1 } },
       hovertemplate: `${kind}<br>speed %{x:.7g}<br>amplitude %{y:.5g}°<br>` +
-        "period %{customdata[2]:.5g}<extra></extra>" };
+        "%{customdata[2]}<extra></extra>" };
   }).filter((trace) => trace.x.length);
+}
+
+/** These digits in every decade. */
+const decades = (low, high, digits) => Array.from({ length: high - low + 1 }, (_, i) =>
+  digits.map((digit) => digit * 10 ** (low + i))).flat();
+
+/** The axis of amplitudes, logarithmic where the curves would crowd at its foot. */
+function amplitudes() {
+  const { y, log } = data.view;
+  if (!y) return axis("pitch amplitude (deg)");
+  if (!log) return axis("pitch amplitude (deg)", { range: y });
+  const ticks = decades(Math.floor(Math.log10(y[0])), Math.ceil(Math.log10(y[1])), [1, 2, 5]);
+  return axis("pitch amplitude (deg)", { type: "log", range: y.map(Math.log10),
+    tickvals: ticks, ticktext: ticks.map((value) => number(value, 2)) });
 }
 
 function drawCurves() {
   const traces = [...outlines(), ...data.curves.flatMap(halves), ...bifurcations()];
   draw("plot-curves", traces, axis(html(data.axis.label), { range: data.view.x || undefined }),
-    axis("pitch amplitude (deg)", { range: data.view.y || undefined }),
+    amplitudes(),
     { showlegend: true, margin: { l: 52, r: 12, t: 10, b: 44 }, uirevision: "curves",
       annotations: [...linearFlutter().annotations, ...provedFree("below").annotations],
       shapes: curveShapes() });
@@ -220,7 +247,7 @@ function drawMap() {
   const cycles = turned(amplitude, (value, i, j) =>
     stateOf(state[i][j]) === "lco" ? Math.log10(value) : null);
   const some = cycles.flat().some((value) => value !== null);
-  const ticks = [-2, -1, 0, 1, 2].flatMap((power) => [1, 1.5, 2, 3, 5, 7].map((n) => n * 10 ** power));
+  const ticks = decades(-3, 2, [1, 1.5, 2, 3, 5, 7]);
   draw("plot-map", [
     { ...common, z: codes, zmin: -0.5, zmax: MAPPED.length - 0.5, colorscale: steps, showscale: false },
     { ...common, z: cycles, colorscale: "Viridis", showscale: some,
@@ -264,27 +291,40 @@ function cellWords(i, j) {
   const small = Math.abs(bias[i][j]) < 1e-6 * Math.abs(amplitude[i][j]) ? 0 : bias[i][j];
   const end = {
     lco: `limit cycle of amplitude ${number(amplitude[i][j])}°, bias ${number(small)}°, ` +
-      `period ${number(period[i][j])}`,
+      periodWords(period[i][j], x.values[i] * toPage),
     damped: `damped, rests at ${number(rest[i][j], 3)}°`,
     aperiodic: `aperiodic, amplitude about ${number(amplitude[i][j], 3)}°`,
   }[name] || name;
   const known = name === "undecided" ? "marched to" : "certain after";
-  return `${where}; ${end}; ${known} τ = ${number(decided[i][j], 4)}`;
+  const when = decided[i][j] * second(x.values[i] * toPage);
+  return `${where}; ${end}; ${known} ${CLOCK} = ${number(when, 4)}${UNIT}`;
 }
 
 // ---------------------------------------------------------------- the chosen motion
 
+/** Seconds of one τ at a speed of the page, where it is in m/s; else 1. */
+const second = (speed) => (data.axis.semichord ? data.axis.semichord / speed : 1);
+const CLOCK = data.axis.semichord ? "t" : "τ";
+const UNIT = data.axis.semichord ? " s" : "";
+
+/** A period in the words of the page, with its frequency where that has a unit. */
+function periodWords(tau, speed) {
+  const period = tau * second(speed);
+  return data.axis.semichord ? `period ${number(period)} s (${number(1 / period, 4)} Hz)` : `period ${number(period)}`;
+}
+
 function drawMotion() {
   const whole = motion(chosen.motion);
+  whole.time = whole.time.map((value) => value * second(chosen.speed));
   const cycle = chosen.settled < 0 ? null : motion(chosen.settled);
   const line = (name) => ({ color: colour(name), width: 1.5, shape: "spline", smoothing: 0.7 });
   const trace = (key, name, more) => ({ x: whole.time, y: whole[key], mode: "lines", name: key,
     line: line(name), ...more });
   draw("plot-traces", [
-    trace("pitch", "line-exact", { hovertemplate: "τ = %{x:.5g}<br>pitch %{y:.5g}°<extra></extra>" }),
+    trace("pitch", "line-exact", { hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>pitch %{y:.5g}°<extra></extra>` }),
     trace("heave", "line-exact", { yaxis: "y2",
-      hovertemplate: "τ = %{x:.5g}<br>heave %{y:.5g}<extra></extra>" }),
-  ], axis("time τ", { anchor: "y2" }), axis("pitch (deg)", { domain: [0.54, 1] }),
+      hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>heave %{y:.5g}<extra></extra>` }),
+  ], axis(UNIT ? "time (s)" : "time τ", { anchor: "y2" }), axis("pitch (deg)", { domain: [0.54, 1] }),
   { yaxis2: axis("heave ξ = h/b", { domain: [0, 0.46] }), margin: { l: 68, r: 12, t: 8, b: 44 },
     shapes: cycle ? reach(cycle.pitch) : [] });
   const path = (values, width, opacity, name) => ({ x: values.pitch, y: values.moment, opacity,

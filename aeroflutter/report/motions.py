@@ -1,8 +1,8 @@
 """Motions as a page keeps them: samples of an engine, thinned and coded in few bytes.
 
 A motion is a choice of an engine's own uniform samples; nothing is interpolated. Chosen are a few a
-period, every turn of pitch, and the samples before and after each switch of the spring, so that
-straight lines between them show the path of a piecewise-linear spring as it is.
+period, every turn of pitch and heave, and the samples before and after each switch of the spring,
+so that straight lines between them show the path of a piecewise-linear spring as it is.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ Complex = NDArray[np.complex128]
 
 DENSE = 300  # samples a period from which is chosen
 EVERY, EVERY_SMOOTH = 20, 6  # of which one is kept, besides switches and turns
+BETWEEN_TURNS = 5  # samples kept from one turn of pitch to the next, at least
 LEVELS = 32767  # of the 16 bits of a sample
 FAR = 30.0  # times its start at which the trace of a divergent motion ends
 
@@ -99,7 +100,8 @@ class Motions:
         end = _departure(response.pitch) if divergent else response.time.size
         step = response.time[1] - response.time[0]
         every = EVERY_SMOOTH if response.engine == "smooth" else EVERY
-        chosen = _chosen(response.pitch[:end], response.events[:, 0] / step, every)
+        shown = [one[:end] for one in (response.pitch, response.heave)]
+        chosen = _chosen(shown, response.events[:, 0] / step, every)
         return self.add(response.time, response.pitch, response.heave, response.moment, chosen)
 
     def add(
@@ -148,9 +150,16 @@ def _departure(pitch: Array) -> int:
     return max(2, int(far[0])) if far.size else pitch.size
 
 
-def _chosen(pitch: Array, switches: Array, every: int) -> NDArray[np.intp]:
-    """Places kept of uniform samples: one in `every`, the ends, turns of pitch and switches."""
-    turns = np.flatnonzero(np.diff(pitch)[1:] * np.diff(pitch)[:-1] <= 0.0) + 1
-    before = np.floor(switches[switches < pitch.size - 1]).astype(np.intp)
-    regular = np.arange(0, pitch.size, every, dtype=np.intp)
-    return np.unique(np.concatenate((regular, turns, before, before + 1, [pitch.size - 1])))
+def _chosen(signals: list[Array], switches: Array, every: int) -> NDArray[np.intp]:
+    """Places kept of uniform samples of pitch and heave; a moment turns with pitch or at a switch.
+
+    One in `every`, or more where the motion turns more often than in a period of flutter; the ends,
+    turns of either, and the samples on both sides of a switch.
+    """
+    size = signals[0].size
+    turns = [np.flatnonzero(np.diff(one)[1:] * np.diff(one)[:-1] <= 0.0) + 1 for one in signals]
+    between = size / max(1, turns[0].size)  # samples from one turn of pitch to the next
+    every = int(np.clip(between / BETWEEN_TURNS, 1, every))
+    before = np.floor(switches[switches < size - 1]).astype(np.intp)
+    regular = np.arange(0, size, every, dtype=np.intp)
+    return np.unique(np.concatenate((regular, *turns, before, before + 1, [size - 1])))

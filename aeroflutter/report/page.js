@@ -49,25 +49,25 @@ function motion(number) {
 
 function chooseCell(i, j) {
   cursor = { ...cursor, column: i, row: j };
-  choose({ kind: "cell", i, j, motion: data.map.motion + i * data.map.y.values.length + j,
+  choose({ kind: "cell", i, j, speed: data.map.x.values[i] * toPage, motion: data.map.motion + i * data.map.y.values.length + j,
     settled: data.map.settled[i][j], words: `${cellWords(i, j)}.` });
 }
 
 function choosePoint(n, i) {
   const curve = data.curves[n];
   cursor = { ...cursor, curve: n, point: i };
-  choose({ kind: "point", x: curve.x[i], amplitude: curve.amplitude[i], motion: curve.motion + i,
+  choose({ kind: "point", x: curve.x[i], speed: curve.x[i], amplitude: curve.amplitude[i], motion: curve.motion + i,
     settled: -1, words: `${METHODS[curve.method]}, ${curve.stable[i] ? "stable" : "unstable"} ` +
       `cycle at speed ${number(curve.x[i], 6)}: amplitude ${number(curve.amplitude[i])}°, ` +
-      `period ${number(curve.period[i])}.` });
+      `${periodWords(curve.period[i], curve.x[i])}.` });
 }
 
 function chooseEvent(n) {
   const event = data.events[n];
   cursor.event = n;
-  choose({ kind: "event", x: event.x, amplitude: event.amplitude, motion: event.motion, settled: -1,
+  choose({ kind: "event", x: event.x, speed: event.x, amplitude: event.amplitude, motion: event.motion, settled: -1,
     words: `${event.kind} at speed ${number(event.x, 7)}: amplitude ` +
-      `${number(event.amplitude)}°, period ${number(event.period)}.` });
+      `${number(event.amplitude)}°, ${periodWords(event.period, event.x)}.` });
 }
 
 function choose(what) {
@@ -86,9 +86,23 @@ function mark(id, shapes) {
 
 // ---------------------------------------------------------------- mouse, keys, theme, print
 
+const NEAR = 8; // pixels from the centre of a bifurcation's mark, within which it is meant
+
+/** The bifurcation under the pointer: its mark lies on a curve, whose points are as near. */
+function eventAt({ clientX, clientY }) {
+  const plot = byId("plot-curves");
+  const box = plot.getBoundingClientRect();
+  const { xaxis, yaxis } = plot._fullLayout;
+  const away = data.events.map((one) => Math.hypot(
+    box.left + xaxis._offset + xaxis.d2p(one.x) - clientX,
+    box.top + yaxis._offset + yaxis.d2p(one.amplitude) - clientY));
+  const least = Math.min(...away);
+  return least < NEAR ? away.indexOf(least) : -1;
+}
+
 function clicked(id, take) {
-  byId(id).on("plotly_click", ({ points }) => {
-    take(points[0]);
+  byId(id).on("plotly_click", ({ points, event }) => {
+    take(points[0], event);
     if (window.matchMedia("(max-width: 60rem)").matches) byId("motion").scrollIntoView();
   });
 }
@@ -117,6 +131,13 @@ function stepPoint(along, curves) {
   choosePoint(n, n === cursor.curve ? within(cursor.point + along, x.length) : near());
 }
 
+/** The roots at the next airspeed of the linear figures, read out and marked. */
+function stepLinear(along) {
+  linearAt = within((linearAt ?? 0) + along, data.locus.speeds.length);
+  byId("linear-said").textContent = linearWords(linearAt);
+  drawLocus();
+}
+
 function stepEvent(along) {
   if (!data.events.length) return;
   chooseEvent(within(cursor.event + along, data.events.length));
@@ -129,7 +150,9 @@ function listen() {
     Home: () => stepCell(-Infinity, 0), End: () => stepCell(Infinity, 0),
     Enter: () => stepCell(0, 0) });
   if (data.curves.length) {
-    clicked("plot-curves", ({ customdata }) => {
+    clicked("plot-curves", ({ customdata }, pointer) => {
+      const under = pointer ? eventAt(pointer) : -1;
+      if (under >= 0) return void chooseEvent(under);
       if (!customdata) return;
       if (customdata[0] < 0) chooseEvent(customdata[1]);
       else choosePoint(customdata[0], customdata[1]);
@@ -140,15 +163,21 @@ function listen() {
       Home: () => stepPoint(-Infinity, 0), End: () => stepPoint(Infinity, 0),
       Enter: () => stepPoint(0, 0) });
   }
+  keyed("linear-figures", { ArrowLeft: () => stepLinear(-1), ArrowRight: () => stepLinear(1),
+    Home: () => stepLinear(-Infinity), End: () => stepLinear(Infinity) });
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
+  const button = byId("theme");
+  const say = (on) => { // what the button does, which is the other theme
+    button.dataset.dark = on;
+    button.textContent = on ? "Light theme" : "Dark theme";
+  };
   const theme = (on) => {
     document.documentElement.style.colorScheme = on ? "dark" : "light";
-    byId("theme").setAttribute("aria-pressed", on);
+    say(on);
     drawAll();
   };
-  byId("theme").setAttribute("aria-pressed", dark.matches);
-  byId("theme").addEventListener("click", () =>
-    theme(byId("theme").getAttribute("aria-pressed") !== "true"));
+  say(dark.matches);
+  button.addEventListener("click", () => theme(button.dataset.dark !== "true"));
   dark.addEventListener("change", () => theme(dark.matches));
   window.addEventListener("beforeprint", () => printing(true));
   window.addEventListener("afterprint", () => printing(false));
@@ -213,6 +242,7 @@ function ready(word) {
 
 async function main() {
   for (const cell of document.querySelectorAll(".speed-label")) cell.textContent = data.axis.label;
+  byId("linear-said").textContent = "";
   try {
     await Promise.all([loadPlotly(), loadMotions()]);
   } catch (error) {

@@ -83,11 +83,15 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
         case=escape(content["case"]),
         curves=_curves(content),
         cells=_cells(content),
+        words=_words(content["map"]),
+        modes=_modes(content["locus"]),
+        period="period (s)" if content["axis"].get("semichord") else "period τ",
         counts=_counts(content["map"]["counts"]),
     )
 
 
 _PARTS = ("page.html", "page.css", "figures.js", "page.js")
+MOST_ROWS = 40  # of the table of the linear modes
 _SHOWN = 3  # notes that are never folded
 _WRITTEN = ("facts", "notes", "section", "case")  # in the page's text, not in its data
 
@@ -164,12 +168,54 @@ def _curves(content: Mapping[str, Any]) -> str:
         for n, (x, amplitude, bias, period, stable) in enumerate(zip(*columns, strict=True)):
             word = "stable" if stable else "unstable"
             band = _band(curve, n)
-            rows.append((_name(curve), x, amplitude, bias, period, word + band))
+            rows.append((_name(curve), x, amplitude, bias, _time(content, period, x), word + band))
     for event in content["events"]:
         name = METHODS[event["method"]]
-        numbers = (event[key] for key in ("x", "amplitude", "bias", "period"))
-        rows.append((name, *numbers, event["kind"]))
+        numbers = (event[key] for key in ("x", "amplitude", "bias"))
+        rows.append((name, *numbers, _time(content, event["period"], event["x"]), event["kind"]))
     return "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+
+
+def _time(content: Mapping[str, Any], tau: float | None, speed: float) -> float | None:
+    """A time in s where the page is in m/s, else in tau."""
+    semichord = content["axis"].get("semichord")
+    return tau if tau is None or not semichord else tau * semichord / speed
+
+
+def _modes(locus: Mapping[str, Any]) -> str:
+    """Frequency and damping of every mode at some of the airspeeds, with a row of headings."""
+    speeds, modes = locus["speeds"], locus["modes"]
+    heads = [locus["speed"]]
+    for n in range(1, len(modes) + 1):
+        heads += [f"mode {n}: {locus['frequency']}", f"mode {n}: damping ratio"]
+    rows = ["".join(f'<th scope="col">{escape(one)}</th>' for one in heads)]
+    for i in range(0, len(speeds), max(1, len(speeds) // MOST_ROWS)):
+        cells = [mode[key][i] for mode in modes for key in ("frequency", "damping")]
+        first = f'<th scope="row">{speeds[i]:.5g}</th>'
+        rows.append(first + "".join(map(_cell, cells)))
+    return "".join(f"<tr>{row}</tr>" for row in rows)
+
+
+def _words(grid: Mapping[str, Any]) -> str:
+    """The map as a list: at every pitch, from which airspeed to which motions end how."""
+    speeds = [grid["x"]["scale"] * value for value in grid["x"]["values"]]
+    items = []
+    for j, pitch in enumerate(grid["y"]["values"]):
+        names = [_name_of(grid, column[j]) for column in grid["state"]]
+        runs, start = [], 0
+        for i in range(1, len(names) + 1):
+            if i == len(names) or names[i] != names[start]:
+                ends = f"{speeds[start]:.4g}" + (
+                    f" to {speeds[i - 1]:.4g}" if i - 1 > start else ""
+                )
+                runs.append(f"{names[start]} at {ends}")
+                start = i
+        items.append(f"<li>{pitch:.4g}°: {escape('; '.join(runs))}</li>")
+    return "".join(reversed(items))
+
+
+def _name_of(grid: Mapping[str, Any], state: int) -> str:
+    return _state(grid["states"][state]) if state >= 0 else "not computed"
 
 
 def _band(curve: Mapping[str, Any], n: int) -> str:

@@ -144,7 +144,8 @@ def ratios_around(onset: float, most: int) -> Array:
     most : int
         How many at most.
     """
-    high = 1.0 + 0.25 * (1.0 - onset) if onset < 0.98 else max(1.5, 1.25 * onset)
+    near = onset > 1.0 - 1e-3  # a branch that starts at flutter goes up from it
+    high = max(1.5, 1.25 * onset) if near else 1.0 + 0.25 * (1.0 - onset)
     return round_values(max(0.05, onset - 0.3 * (high - onset)), high, most)
 
 

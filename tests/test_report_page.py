@@ -1,0 +1,203 @@
+"""The report as it is read: hostile words, units, bifurcations, keyboard, extremes, ranges."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_engineering import TAILPLANE
+
+from aeroflutter.case import load_case
+from aeroflutter.cli import main
+from aeroflutter.motion.response import Initial
+from aeroflutter.report.motions import Motions, marched
+from aeroflutter.report.page import _words
+
+BROWSER, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+HOSTILE = "</script><img src=x onerror=\"document.title='owned'\"><script>document.title='owned'"
+B = 0.45  # semichord of the tailplane, m
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small report of the tailplane, its title a script."""
+    folder = tmp_path_factory.mktemp("page")
+    case = folder / "case.toml"
+    case.write_text(f"title = {json.dumps(HOSTILE)}\n" + TAILPLANE)
+    patch = pytest.MonkeyPatch()
+    patch.setattr("aeroflutter.report.analyses.PROVING", 0.5)
+    quick = _quick_cycles()
+    patch.setattr("aeroflutter.report.analyses.limit_cycles", quick)
+    words = ("--velocity", "150,160", "--alpha-deg", "0.5,1", "--periods", "4")
+    assert main(["report", str(case), *words, "--out", str(folder / "r.html")]) == 0
+    patch.undo()
+    return folder / "r.html"
+
+
+def _quick_cycles() -> Any:
+    from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
+
+    options = CycleOptions(simulations=0, depth=0, points=30)
+    return lambda family, spring: limit_cycles(family, spring, options)
+
+
+@pytest.fixture(scope="module")
+def data(page: Path) -> dict[str, Any]:
+    text = page.read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)
+    assert found
+    carried: dict[str, Any] = json.loads(found[1])
+    return carried
+
+
+def test_nothing_of_a_title_is_markup(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert "<img src=x" not in text
+    assert text.count("<script") == 3
+    assert text.count("</script>") == 3
+
+
+def test_another_file_is_not_replaced(tmp_path: Path, capsys: Any) -> None:
+    words = ["report", "naca496", "--velocity", "40", "--alpha-deg", "1", "--periods", "1"]
+    out = tmp_path / "r.html"
+    out.write_text("notes of my own")
+    assert main([*words, "--out", str(out)]) == 2
+    assert "--overwrite" in capsys.readouterr().err
+    assert out.read_text() == "notes of my own"
+    assert main([*words, "--out", str(out), "--overwrite"]) == 0
+    assert main([*words, "--out", str(out)]) == 0  # an earlier report of the same case
+    assert f"replaced: {out}" in capsys.readouterr().out
+    assert main([*words, "--out", str(out), "--set", "section.zeta_xi=0.1"]) == 2
+
+
+def test_tables_are_in_seconds_where_the_page_is_in_metres(
+    page: Path, data: dict[str, Any]
+) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert data["axis"]["semichord"] == B
+    assert '<th scope="col">period (s)</th>' in text
+    curve = data["curves"][0]
+    seconds = curve["period"][0] * B / curve["x"][0]
+    row = f"<td>{curve['x'][0]:.6g}</td><td>{curve['amplitude'][0]:.6g}</td>"
+    assert f"<td>{seconds:.6g}</td>" in text[text.index(row) : text.index(row) + 200]
+    assert "282.04 m/s" in text  # divergence
+
+
+def test_the_map_is_told_in_words() -> None:
+    grid = {
+        "x": {"scale": 2.0, "values": [1.0, 2.0, 3.0]},
+        "y": {"values": [1.0, 5.0]},
+        "states": ["damped", "lco"],
+        "state": [[0, 0], [0, 1], [1, -1]],
+    }
+    assert _words(grid) == (
+        "<li>5°: damped at 2; limit cycle at 4; not computed at 6</li>"
+        "<li>1°: damped at 2 to 4; limit cycle at 6</li>"
+    )
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.3, 0.95])
+def test_thinned_traces_keep_their_extremes(ratio: float) -> None:
+    """At low speed the motion turns many times in a period of flutter."""
+    case = load_case("run14")
+    period, speed = 28.0, ratio * 4.1145
+    start = Initial(alpha=np.radians(6.0))
+    response = marched(case.family().at(speed), case.spring, start, period, 6 * period)
+    motions = Motions()
+    motions.add_response(response)
+    count = int(motions.headers[0][0])
+    kept = np.frombuffer(motions.parts[0], "<i2", 3 * count, 2 * count).reshape(3, count)
+    signals = (np.degrees(response.pitch), response.heave, np.degrees(response.moment))
+    places = np.frombuffer(motions.parts[0], "<u2", count)
+    for signal, values, unit in zip(signals, kept, motions.headers[0][2:], strict=True):
+        turns = np.flatnonzero(np.diff(signal)[1:] * np.diff(signal)[:-1] < 0.0) + 1
+        assert turns.size >= 8
+        drawn = np.interp(turns, places, unit * values)
+        assert drawn == pytest.approx(signal[turns], abs=1e-3 * np.abs(signal).max())
+
+
+@pytest.fixture(scope="module")
+def browser(page: Path) -> Any:
+    if BROWSER is None or DRIVER is None:
+        pytest.skip("needs chromium and chromedriver (Debian: chromium, chromium-driver)")
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(word)
+    options.add_argument("--window-size=1400,1000")
+    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    driver.get(page.as_uri())
+    ready = "return document.documentElement.dataset.ready"
+    WebDriverWait(driver, 60).until(lambda one: one.execute_script(ready) == "yes")
+    yield driver
+    driver.quit()
+
+
+def test_a_title_of_script_is_words(browser: Any) -> None:
+    assert browser.title == HOSTILE
+    assert browser.find_element("tag name", "h1").text == HOSTILE
+    assert browser.execute_script("return document.images.length") == 0
+
+
+def test_the_button_says_what_it_does(browser: Any) -> None:
+    button = browser.find_element("id", "theme")
+    words = []
+    for _ in range(2):
+        words.append(button.text)
+        button.click()
+    assert words == ["Dark theme", "Light theme"]
+
+
+def test_the_centre_of_a_mark_is_the_bifurcation(browser: Any, data: dict[str, Any]) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.actions.action_builder import ActionBuilder
+
+    place = """
+    const plot = document.getElementById("plot-curves");
+    plot.scrollIntoView({block: "center"});
+    const box = plot.getBoundingClientRect(), {xaxis, yaxis} = plot._fullLayout;
+    return [box.left + xaxis._offset + xaxis.d2p(arguments[0]),
+            box.top + yaxis._offset + yaxis.d2p(arguments[1])];
+    """
+    event = next(one for one in data["events"] if one["kind"] == "fold")
+    left, top = browser.execute_script(place, event["x"], event["amplitude"])
+    action = ActionBuilder(browser)
+    for away in (-4, 0):
+        action.pointer_action.move_to_location(int(left) + away, int(top))
+    action.perform()
+    ActionChains(browser).pause(0.2).click().perform()
+    said = browser.execute_script("return document.getElementById('chosen').textContent")
+    assert said.startswith("Fold at speed")
+    assert re.search(r"period [\d.]+ s \([\d.]+ Hz\)", said)
+
+
+def test_motions_are_in_seconds(browser: Any, data: dict[str, Any]) -> None:
+    browser.execute_script("chooseCell(1, 1)")
+    shown = browser.execute_script("return document.getElementById('plot-traces').data[0].x")
+    header = data["motions"]["headers"][data["map"]["motion"] + 3]
+    speed = data["map"]["x"]["values"][1] * data["map"]["x"]["scale"]
+    assert speed == pytest.approx(160.0, rel=1e-5)
+    # four periods of flutter in tau: 13.381 Hz at 196.67 m/s
+    assert shown[-1] == pytest.approx(4.0 / 13.381 * 196.67 / 160.0, rel=0.01)
+    step = header[1] * B / speed
+    assert shown[1] == pytest.approx(round(shown[1] / step) * step)
+    said = browser.execute_script("return document.getElementById('chosen').textContent")
+    assert re.search(r"certain after t = [\d.]+ s", said)
+
+
+def test_linear_figures_are_read_by_keyboard(browser: Any, data: dict[str, Any]) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    region = browser.find_element("id", "linear-figures")
+    region.send_keys(Keys.HOME, Keys.ARROW_RIGHT)
+    said = browser.find_element("id", "linear-said").text
+    locus = data["locus"]
+    assert said.startswith(f"airspeed V (m/s) {locus['speeds'][1]:.4g}: mode 1 frequency (Hz) ")
+    assert f"{locus['modes'][1]['frequency'][1]:.4g}" in said
