@@ -136,8 +136,28 @@ def test_every_result_has_a_figure():
     from aeroflutter.plots.drawing import DRAWN
 
     wrapped = {"Proved", "Branches", "Run", "Pass", "SpringLaw"}
-    others = {"Chart", "PKResult"}  # whose commands draw them
-    assert set(DRAWN) == layouts.KNOWN - wrapped - others | {"Members"}
+    assert set(DRAWN) == layouts.KNOWN - wrapped | {"Members"}
+
+
+def test_charts_and_pk_are_results_like_the_others():
+    """What they draw, encode and say, of a case given as it is."""
+    import bah
+
+    hinge = af.load_case("run14")
+    model = af.load_case({"title": "a wing", "model": bah.MODEL})
+    found = {
+        "chart": af.friction_chart(hinge, speed_ratio=[0.5, 0.6]),
+        "pk": af.pk_method(model, af.PKOptions(low=350.0, high=450.0, points=5)),
+    }
+    for one in found.values():
+        assert isinstance(one, Result)
+        assert len(repr(one)) < 1000
+        assert one._repr_html_().startswith("<table>")
+        assert one.to_dataset().attrs["title"] in ("a wing", hinge.title)
+        assert len(one.to_dataframe()) > 0
+        assert one.plot().axes[0].get_xlabel().startswith("airspeed")
+    with pytest.raises(af.InputError, match="p-k needs air forces"):
+        af.pk_method(hinge)
 
 
 def test_results_without_a_case_are_drawn_without_one():

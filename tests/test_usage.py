@@ -124,6 +124,25 @@ def test_a_map_in_metres_a_second(capsys, tail, tmp_path):
     assert ratio["velocities_m_s"] == pytest.approx([0.5 * V_L, 0.8 * V_L], rel=1e-5)
 
 
+def test_a_scan_for_chaos_is_in_metres_and_per_second(capsys, tail, tmp_path):
+    file, plot = tmp_path / "scan.nc", tmp_path / "scan.svg"
+    words = ("chaos", tail, "--velocity", "157.3,170", "--cycles", "40", "--transient", "10")
+    found = result(capsys, *words, "--out", str(file), "--plot", str(plot))
+    speeds = [point["velocity_m_s"] for point in found["points"]]
+    assert speeds == pytest.approx([157.3, 170.0])
+    tau = [point["return_time"] / point["return_time_s"] for point in found["points"]]
+    assert tau == pytest.approx([v / 0.45 for v in speeds])
+    with xr.open_dataset(file) as data:
+        assert data["velocity_m_s"].values == pytest.approx(speeds)
+        assert data["largest_lyapunov_per_s"].attrs["units"] == "s-1"
+    assert "airspeed $V$ (m/s)" in labels(plot)
+    assert "per s)" in labels(plot)
+    assert main(words) == 0
+    assert "lambda 1 (1/s)" in capsys.readouterr().out
+    assert main([*words, "--units", "nondimensional"]) == 0
+    assert "(1/s)" not in capsys.readouterr().out
+
+
 def test_every_section_of_a_sweep_has_its_own_scale(capsys, tail, tmp_path):
     """b varies, and V = U* b omega_alpha with it."""
     file = tmp_path / "s.nc"

@@ -24,6 +24,7 @@ from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
+    import xarray as xr
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
@@ -258,14 +259,60 @@ def _scan(study: _Study, settings: ChaosOptions, follow: bool, edges: bool, outp
             "title": study.case.title,
             **study.known(),
             "parameter": study.varied,
-            "points": [facts | point for facts, point in zip(at, points, strict=True)],
-            "bands": bands,
+            "points": [
+                facts | point | _rates(study, result, facts["speed"])
+                for facts, point, result in zip(at, points, scan.results, strict=True)
+            ],
+            "bands": [band | _edges_in_metres(study, band) for band in bands],
         },
         text=lambda: _show_scan(study, scan, bands),
-        dataset=lambda: to_dataset(scan, case=study.case).rename({"value": study.varied}),
+        dataset=lambda: _with_velocities(
+            study, to_dataset(scan, case=study.case).rename({"value": study.varied}), scan
+        ),
         figure=lambda: _scan_figure(study, scan),
         command="chaos",
     )
+
+
+def _rates(study: _Study, result: ChaosResult, speed: float) -> dict[str, Any]:
+    """Times and rates in s, where the case has SI data."""
+    scale = study.case.scale
+    return {} if scale is None else _in_si(result, scale, speed)
+
+
+def _velocity(study: _Study) -> float | None:
+    """m/s of one unit of what is scanned; None if that is no airspeed, or there are no SI data."""
+    scale = study.case.scale
+    if scale is None or study.varied not in ("speed", "speed_ratio"):
+        return None
+    return scale.velocity(study.speed_at(1.0))
+
+
+def _edges_in_metres(study: _Study, band: dict[str, Any]) -> dict[str, Any]:
+    """The ends of a band in m/s beside those in the unit of the scan."""
+    metres = _velocity(study)
+    if metres is None:
+        return {}
+    edges = {name: band[name] for name in ("lower_edge", "upper_edge")}
+    return {f"{name}_m_s": edge and [metres * one for one in edge] for name, edge in edges.items()}
+
+
+def _with_velocities(study: _Study, dataset: xr.Dataset, scan: ChaosScan) -> xr.Dataset:
+    """The Dataset with m/s beside the airspeeds and exponents per second."""
+    import numpy as np
+
+    scale = study.case.scale
+    if scale is None:
+        return dataset
+    speeds = np.array([study.speed_at(float(value)) for value in scan.values])
+    seconds = np.array([scale.seconds(1.0, float(speed)) for speed in speeds])
+    about = {"units": "s-1", "long_name": "largest Lyapunov exponent"}
+    found = dataset.assign(
+        largest_lyapunov_per_s=(study.varied, scan.exponents[:, 0] / seconds, about)
+    )
+    metres = scale.velocity(1.0) * speeds
+    about = {"units": "m s-1", "long_name": "airspeed V"}
+    return found.assign_coords(velocity_m_s=(study.varied, metres, about))
 
 
 def _band(study: _Study, band: Band, settings: ChaosOptions, halve: bool) -> dict[str, Any]:
@@ -297,25 +344,31 @@ def _show_scan(study: _Study, scan: ChaosScan, bands: list[dict[str, Any]]) -> N
         found, second = result.exponents, None
         if found.values.size > 1:
             second = float(found.values[1])
-        si = [study.scale.velocity(study.speed_at(float(value)))] if study.scale else []
+        si, rate = list[float](), 1.0
+        if study.scale:
+            speed = study.speed_at(float(value))
+            si, rate = [study.scale.velocity(speed)], 1.0 / study.scale.seconds(1.0, speed)
         rows.append(
-            (*si, float(value), result.name, float(found.values[0]), float(found.error[0]), second,
-             math.degrees(result.amplitude))
+            (*si, float(value), result.name, rate * float(found.values[0]),
+             rate * float(found.error[0]), second and rate * second, math.degrees(result.amplitude))
         )  # fmt: skip
-    units = ("V (m/s)",) if study.scale else ()
-    show_table((*units, name, "motion", "lambda 1", "error", "lambda 2", "amplitude (deg)"), rows)
+    units, per = (("V (m/s)",), " (1/s)") if study.scale else ((), "")
+    names = (f"lambda 1{per}", "error", f"lambda 2{per}", "amplitude (deg)")
+    show_table((*units, name, "motion", *names), rows)
     for band in bands:
-        say(f"chaos from {_place(band, 'lower')} to {_place(band, 'upper')}")
+        unit = _velocity(study) if study.scale else None
+        say(f"chaos from {_place(band, 'lower', unit)} to {_place(band, 'upper', unit)}")
     if not bands:
         say("no chaos")
 
 
-def _place(band: dict[str, Any], side: str) -> str:
-    edge = band[f"{side}_edge"]
+def _place(band: dict[str, Any], side: str, metres: float | None = None) -> str:
+    edge, one, word = band[f"{side}_edge"], metres or 1.0, " m/s" if metres else ""
     if edge is None:
-        return f"{band['first' if side == 'lower' else 'last']:.6g} (where the scan ends)"
+        end = one * band["first" if side == "lower" else "last"]
+        return f"{end:.6g}{word} (where the scan ends)"
     low, high = sorted(edge)
-    return f"between {low:.6g} and {high:.6g}"
+    return f"between {one * low:.6g} and {one * high:.6g}{word}"
 
 
 def _figure(study: _Study, value: float, system: AnySystem, result: ChaosResult) -> Figure:
@@ -340,6 +393,8 @@ def _at(study: _Study, value: float) -> str:
 
 
 def _scan_figure(study: _Study, scan: ChaosScan) -> Figure:
+    import numpy as np
+
     from aeroflutter.plots import style
     from aeroflutter.plots.chaos import plot_chaos_scan
 
@@ -352,10 +407,13 @@ def _scan_figure(study: _Study, scan: ChaosScan) -> Figure:
     label = labels[study.varied]
     if sum(values.size > 1 for _, values in study.damping) > 1:
         label = r"damping ratio $\zeta_\alpha$, with $\zeta_\xi$ along"
-    title, unit = style.literal(study.case.title), 1.0
+    title, unit, rates = style.literal(study.case.title), 1.0, None
+    if study.scale is not None:
+        speeds = [study.speed_at(float(value)) for value in scan.values]
+        rates = np.array([1.0 / study.scale.seconds(1.0, speed) for speed in speeds])
     if study.scale is not None and study.varied in ("speed", "speed_ratio"):
         label = style.VELOCITY
         unit = study.scale.speed(1.0) / study.speed_at(1.0)
     if study.speeds.size == 1:
         title += f", {_at(study, float(scan.values[0]))}"
-    return plot_chaos_scan(scan, label, title, unit)
+    return plot_chaos_scan(scan, label, title, unit, rates)

@@ -60,6 +60,7 @@ def pk(
     modal = None if loaded.imported is None else loaded.imported.modal
     if modal is None:
         raise InputError(f'{loaded.source}: model.kind: p-k needs air forces over k, "modal"')
+    output.begin(loaded, "pk")
     former({"--low": low, "--high": high}, "--velocity LOW,HIGH")
     ends = modal.search_range
     if velocity is not None:
@@ -80,6 +81,7 @@ def pk(
         text=lambda: _print(loaded, modal, result, others.crossings),
         dataset=lambda: to_dataset(result, case=loaded),
         figure=lambda: _figure(loaded, modal, result, others.crossings, figure),
+        command="pk",
     )
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import InputError
 from aeroflutter.guarantees.absence.friction import Enough, Friction
 from aeroflutter.linear.rootlocus import flutter_speed
@@ -34,7 +35,7 @@ _ALIKE = 1e-5  # relative difference of ratios of one family
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Chart:
+class Chart(Result):
     """Friction over gap needed against speed.
 
     Attributes
@@ -80,6 +81,7 @@ class Chart:
         return all(one.certified for one in self.points if np.isfinite(one.ratio))
 
 
+@analysis(speed="speeds")
 def friction_chart(
     family: LureFamily,
     spring: Spring,

@@ -15,9 +15,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from aeroflutter.analysis import Result, is_case
 from aeroflutter.bracket import bracketed_root
 from aeroflutter.errors import InputError
 from aeroflutter.linear.rootlocus import Crossing
@@ -69,7 +71,7 @@ class PKOptions:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PKResult:
+class PKResult(Result):
     """Result of :func:`pk_method`.
 
     Attributes
@@ -126,19 +128,19 @@ class _State:
     shape: Complex
 
 
-def pk_method(modes: Modes, options: PKOptions | None = None) -> PKResult:
+def pk_method(modes: Modes | Any, options: PKOptions | None = None) -> PKResult:
     """Roots of the p-k equation over the airspeed, crossings and divergence.
 
     Parameters
     ----------
     modes : Modes
-        With all springs in their stiffness.
+        With all springs in their stiffness; or a case of a modal model.
     options : PKOptions, optional
 
     Raises
     ------
     InputError
-        If the range of speeds is empty.
+        If the range of speeds is empty, or the case has no modal model.
 
     Notes
     -----
@@ -146,6 +148,12 @@ def pk_method(modes: Modes, options: PKOptions | None = None) -> PKResult:
     :meth:`~aeroflutter.model.elsewhere.forces.TabulatedForces.at` says. A mode that no air force
     touches has no damping to lose: round-off of its real part is not taken for a crossing.
     """
+    if is_case(modes):
+        case: Any = modes
+        modal = None if case.imported is None else case.imported.modal
+        if modal is None:
+            raise InputError(f'{case.source}: model.kind: p-k needs air forces over k, "modal"')
+        return pk_method(modal.whole(), options).about(case=case)
     options = options or PKOptions()
     low, high = modes.speeds if None in (options.low, options.high) else (0.0, 0.0)
     low = low if options.low is None else options.low

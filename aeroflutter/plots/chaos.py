@@ -13,6 +13,7 @@ from aeroflutter.plots.timemarch import FIGURES, PITCH_RATE, TAU
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from aeroflutter.motion.chaos import ChaosResult, ChaosScan
     from aeroflutter.motion.response import Response
@@ -52,7 +53,11 @@ def plot_chaos(
 
 
 def plot_chaos_scan(
-    scan: ChaosScan, label: str = look.SPEED_RATIO, title: str = "", unit: float = 1.0
+    scan: ChaosScan,
+    label: str = look.SPEED_RATIO,
+    title: str = "",
+    unit: float = 1.0,
+    rates: NDArray[np.float64] | None = None,
 ) -> Figure:
     """Peaks of pitch above, the largest exponents below, against the parameter.
 
@@ -66,13 +71,15 @@ def plot_chaos_scan(
         Written above.
     unit
         Of the parameter's axis.
+    rates
+        Exponents per second over those per unit tau, (m,); shows them per second.
     """
     with look.style():
         figure, axes = layout.figure(
             2, 1, width=7.2, height=6.0, sharex=True, height_ratios=(1.6, 1.0)
         )
         draw_scan(axes[0], scan, unit)
-        _exponents(axes[1], scan, unit)
+        _exponents(axes[1], scan, unit, rates)
         axes[1].set_xlabel(label)
         layout.finish(figure, title)
     return figure
@@ -173,13 +180,16 @@ def draw_scan(axes: Axes, scan: ChaosScan, unit: float = 1.0) -> None:
     axes.set_ylabel("peaks of pitch (deg)")
 
 
-def _exponents(axes: Axes, scan: ChaosScan, unit: float) -> None:
+def _exponents(
+    axes: Axes, scan: ChaosScan, unit: float, rates: NDArray[np.float64] | None = None
+) -> None:
     """The two largest exponents with their errors."""
-    values, errors = scan.exponents, scan.errors
+    each = 1.0 if rates is None else rates[:, None]
+    values, errors = each * scan.exponents, each * scan.errors
     for i, colour in zip(range(min(2, values.shape[1])), meaning.SERIES, strict=False):
         axes.errorbar(
             scan.values / unit, values[:, i], errors[:, i], color=colour, linewidth=0.8,
             marker=".", markersize=3.0, elinewidth=0.8, label=NAMES[i],
         )  # fmt: skip
     axes.axhline(0.0, color=meaning.FAINT, linewidth=0.9)
-    axes.set_ylabel(EXPONENT.format(TAU.per))
+    axes.set_ylabel(EXPONENT.format(TAU.per if rates is None else "s"))

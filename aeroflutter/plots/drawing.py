@@ -15,6 +15,7 @@ from aeroflutter.plots import (
     maps,
     members,
     onset,
+    pk,
     rootlocus,
     timemarch,
     tolerance,
@@ -171,6 +172,11 @@ DRAWN: dict[str, tuple[Panel, Whole]] = {
     ),
     "Onset": (_onset, onset.plot_onset),
     "Tolerance": (_tolerance, tolerance.plot_tolerance),
+    "Chart": (onset.draw_chart, onset.plot_chart),
+    "PKResult": (
+        lambda axes, one, scale: pk.draw(axes, one),
+        lambda one, title, scale: pk.plot_pk(one, title),
+    ),
     "Response": (
         lambda axes, one, scale: timemarch.draw(axes, one, _clock(one, scale)),
         lambda one, title, scale: timemarch.plot_overview(one, title, _clock(one, scale)),

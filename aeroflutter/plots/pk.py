@@ -32,60 +32,61 @@ def plot_pk(result: PKResult, title: str = "", others: tuple[Crossing, ...] = ()
     """
     with look.style():
         figure, axes = layout.figure(1, 2, width=9.0, height=4.2)
-        for j in range(result.roots.shape[1]):
-            colour = meaning.SERIES[j % len(meaning.SERIES)]
-            dashes = "-" if j < len(meaning.SERIES) else "--"
-            layout.name(axes[0], f"mode {j + 1}", color=colour, linestyle=dashes)
-            for one, values in zip(axes, (result.damping, result.frequency_hz), strict=True):
-                inside = np.where(result.outside[:, j], np.nan, values[:, j])
-                one.plot(result.speeds, values[:, j], color=colour, alpha=0.3, linestyle=dashes)
-                one.plot(result.speeds, inside, color=colour, linestyle=dashes)
-        _mark(
-            axes,
-            result.crossings,
-            result.semichord,
-            "x",
-            "crossing of the table (p-k)",
-        )
-        _mark(axes, others, result.semichord, "o", "crossing of the approximation")
-        low = float(np.nanmin(result.damping, initial=-0.1))
-        axes[0].axhline(0.0, color=meaning.FAINT, linewidth=0.9)
-        axes[0].set_ylim(max(low, -0.5), max(0.1, min(0.3, float(np.nanmax(result.damping)))))
-        axes[0].set_ylabel(r"damping $g = 2\,\mathrm{Re}\,\lambda/|\mathrm{Im}\,\lambda|$")
+        draw(axes[0], result)
+        _lines(axes[1], result, result.frequency_hz)
         axes[1].set_ylabel("frequency (Hz)")
         axes[1].set_ylim(bottom=0.0)
-        for one in axes:
-            one.set_xlabel("airspeed $V$ (m/s)")
-        if result.outside.any():
-            layout.name(axes[0], "beyond the table", color=meaning.INK, alpha=0.3)
+        axes[1].set_xlabel("airspeed $V$ (m/s)")
+        _mark(axes[1], result.crossings, _hertz(result.crossings, result.semichord), "x")
+        _mark(axes[0], others, [0.0] * len(others), "o")
+        _mark(axes[1], others, _hertz(others, result.semichord), "o")
         layout.finish(figure, title)
     return figure
 
 
-def _mark(
-    axes: list[Axes],
-    crossings: tuple[Crossing, ...],
-    semichord: float,
-    marker: str,
-    label: str,
-) -> None:
-    if not crossings:
-        return
-    speeds = [one.speed for one in crossings]
-    hertz = [one.k * one.speed / (2 * np.pi * semichord) for one in crossings]
-    ring = marker == "o"
-    for one, values in zip(axes, ([0.0] * len(speeds), hertz), strict=True):
-        one.plot(
-            speeds,
-            values,
-            marker,
-            color=meaning.INK,
-            markersize=8 if ring else 6,
-            markerfacecolor="none" if ring else meaning.INK,
-            linestyle="none",
-            label=label,
-            zorder=3,
-        )
+def draw(axes: Axes, result: PKResult) -> None:
+    """Damping against airspeed, the V-g diagram."""
+    _lines(axes, result, result.damping)
+    for j in range(result.roots.shape[1]):
+        colour, dashes = _look(j)
+        layout.name(axes, f"mode {j + 1}", color=colour, linestyle=dashes)
+    _mark(axes, result.crossings, [0.0] * len(result.crossings), "x")
+    low = float(np.nanmin(result.damping, initial=-0.1))
+    axes.axhline(0.0, color=meaning.FAINT, linewidth=0.9)
+    axes.set_ylim(max(low, -0.5), max(0.1, min(0.3, float(np.nanmax(result.damping)))))
+    axes.set_xlabel("airspeed $V$ (m/s)")
+    axes.set_ylabel(r"damping $g = 2\,\mathrm{Re}\,\lambda/|\mathrm{Im}\,\lambda|$")
+    if result.outside.any():
+        layout.name(axes, "beyond the table", color=meaning.INK, alpha=0.3)
+
+
+def _look(j: int) -> tuple[str, str]:
+    """Colour and dashes of a mode."""
+    return meaning.SERIES[j % len(meaning.SERIES)], "-" if j < len(meaning.SERIES) else "--"
+
+
+def _lines(axes: Axes, result: PKResult, values: np.ndarray) -> None:
+    """A line a mode, faint where its reduced frequency lies beyond the table."""
+    for j in range(result.roots.shape[1]):
+        colour, dashes = _look(j)
+        inside = np.where(result.outside[:, j], np.nan, values[:, j])
+        axes.plot(result.speeds, values[:, j], color=colour, alpha=0.3, linestyle=dashes)
+        axes.plot(result.speeds, inside, color=colour, linestyle=dashes)
+
+
+def _mark(axes: Axes, crossings: tuple[Crossing, ...], values: list[float], mark: str) -> None:
+    """Crossings at some values, a cross for the table and a ring for the approximation."""
+    if crossings:
+        ring = mark == "o"
+        axes.plot(
+            [one.speed for one in crossings], values, mark, color=meaning.INK, linestyle="none",
+            markersize=8 if ring else 6, markerfacecolor="none" if ring else meaning.INK,
+            label=f"crossing of the {'approximation' if ring else 'table (p-k)'}", zorder=3,
+        )  # fmt: skip
+
+
+def _hertz(crossings: tuple[Crossing, ...], semichord: float) -> list[float]:
+    return [one.k * one.speed / (2 * np.pi * semichord) for one in crossings]
 
 
 def plot_fit(fit: Fit, title: str = "") -> Figure:
