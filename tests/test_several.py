@@ -24,16 +24,19 @@ from aeroflutter import (
 )
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
-from aeroflutter.errors import ConvergenceError
+from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.guarantees import guarantees
+from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
+from aeroflutter.guarantees.onset import onset
 from aeroflutter.linear.rootlocus import root_locus
 from aeroflutter.model.family import SectionModel
+from aeroflutter.model.lure import as_lure
 from aeroflutter.motion import Initial, SimulateOptions, simulate, sweep
 from aeroflutter.motion.endstates import end_states
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.response import STATES
 from aeroflutter.motion.swings import extremes
-from aeroflutter.orbits.cycles import CycleOptions, cycle_near, cycles_at
+from aeroflutter.orbits.cycles import CycleOptions, cycle_near, cycles_at, limit_cycles
 from aeroflutter.orbits.describing import DescribingOptions, describing_curve
 from aeroflutter.orbits.harmonic import (
     HarmonicBranch,
@@ -43,6 +46,7 @@ from aeroflutter.orbits.harmonic import (
 )
 from aeroflutter.plots.style import named_after
 from aeroflutter.springs import Polynomial, Spring
+from aeroflutter.studies.tolerance import least_friction, tolerance
 
 WORN = {
     "section": {"omega_bar": 0.6, "zeta_xi": 0.01, "zeta_alpha": 0.01},
@@ -284,21 +288,57 @@ def test_harmonic_balance_and_exact_cycles_of_two_springs_agree(seed: int) -> No
 
 @pytest.mark.slow
 def test_fifty_random_pairs_of_springs() -> None:
-    """Stable and unstable, odd and not; where Newton's method finds the exact one, within 1e-3."""
-    differences: list[float] = []
-    stable, symmetric = set[bool](), set[bool]()
+    """Stable and unstable, odd and not, within 1e-3 once the balance has harmonics enough.
+
+    Shooting over a whole period multiplies what the balance leaves out by the largest multiplier:
+    from 1e3 on nothing can be asked of it (some cycles have 1e11). Of the others some stay on one
+    straight piece, or on the edge of a loop that sticks: those few are no cycles of the kind.
+    """
+    differences, stable, symmetric = [], set[bool](), set[bool]()
     for seed in range(50):
-        try:
-            found = compare(seed, 4)
-        except ConvergenceError:
-            continue  # the pair has no cycle in the range of speeds
-        differences += found[0]
-        stable |= found[1]
-        symmetric |= found[2]
+        family, springs = a_loop(seed)
+        for branch in balanced(seed):
+            for i in np.linspace(1, len(branch.cycles) - 2, 4).astype(int):
+                cycle = branch.cycles[i]
+                if np.abs(cycle.multipliers).max() < 1e3 and not sticks(springs, cycle):
+                    differences.append(nearest(family, springs, cycle, stable, symmetric))
     assert stable == symmetric == {True, False}
-    assert len(differences) > 100
-    assert np.mean(np.isfinite(differences)) > 0.7
-    assert np.mean(np.array(differences) < 1e-3) > 0.7
+    assert len(differences) > 150
+    assert np.mean(np.array(differences) < 1e-3) > 0.97
+
+
+def sticks(springs: tuple[Spring, Spring], cycle: Any) -> bool:
+    """Whether a loop never slides: the balance walks along the places where it may."""
+    return any(
+        isinstance(spring, Hysteresis) and swing.amplitude <= spring.delta_v / 2
+        for spring, swing in zip(springs, cycle.springs, strict=True)
+    )
+
+
+def nearest(
+    family: SectionModel,
+    springs: tuple[Spring, Spring],
+    cycle: Any,
+    stable: set[bool],
+    symmetric: set[bool],
+) -> float:
+    """Difference of amplitudes and speed between a balance and the exact cycle next to it."""
+    for harmonics in (None, 81):
+        try:
+            if harmonics is not None:
+                options = HarmonicOptions(harmonics=harmonics)
+                cycle = solve_cycle(family, springs, cycle, options=options)
+            exact = cycle_near(family, springs, cycle.motions, cycle.omega, cycle.speed)
+        except ConvergenceError:
+            continue
+        swings = zip(exact.springs, cycle.springs, strict=True)
+        away = abs(exact.speed / cycle.speed - 1.0)
+        away += max(abs(one.amplitude / other.amplitude - 1.0) for one, other in swings)
+        if away < 1e-3:
+            stable.add(exact.stable)
+            symmetric.add(exact.symmetric)
+            return float(away)
+    return np.inf
 
 
 def test_harmonic_balance_of_two_springs_converges() -> None:
@@ -547,3 +587,53 @@ def test_files_and_figures_of_a_flap_speak_of_the_flap(tmp_path: Any) -> None:
 def figure_of() -> Any:
     figure = Figure()
     return figure, figure.subplots()
+
+
+# --- what one of several springs may be, and its loop ---------------------------------------------
+
+
+def test_the_loop_beside_a_straight_spring_is_that_of_a_spring_alone() -> None:
+    """The first spring is as good as linear: its describing function is its slope."""
+    section = TypicalSection(omega_bar=0.6, zeta_alpha=0.02, zeta_xi=0.02)
+    gap, straight = Freeplay(0.02), Cubic(1.0, 1e-9)
+    options, few = LoopTestOptions(points=50), DescribingOptions(points=16)
+    one = SectionModel(section, springs=["pitch"])
+    alone = loop_test(one, gap, 3.0, options, describing_curve(as_lure(one), gap, few))
+    both, laws = SectionModel(section, springs=["heave", "pitch"]), [straight, gap]
+    found = loop_test(both, laws, 3.0, options, describing_curve(both, laws, few), which=1)
+    cycle, other = alone.cycles[-1], found.cycles[-1]
+    assert (other.amplitude, other.k) == pytest.approx((cycle.amplitude, cycle.k), rel=1e-6)
+    assert other.predicted[1::2] == pytest.approx(cycle.predicted[1::2], rel=1e-4)
+    system = SectionModel(section, springs=["pitch"]).at(3.0)
+    seen = system.transfer(1j * found.frequency)[:, 0, 0]
+    assert found.G == pytest.approx(seen, rel=1e-6)
+    assert not other.guarantee.guaranteed[0]
+
+
+@pytest.mark.slow
+def test_how_large_one_of_two_springs_may_be() -> None:
+    """The amplitude is met at the answer, and passed with a spring that is larger."""
+    family, springs = a_loop(1)
+    options = CycleOptions(simulations=4, speed_ratio_range=(0.5, 1.0))
+    limit = 0.018
+    found = tolerance(family, springs, 0.7, limit, options, which=0)
+    assert found.which == 0
+    assert found.worst is not None
+    assert found.worst.amplitude == pytest.approx(limit, rel=2e-3)
+    assert found.worst.amplitude <= limit * (1 + 1e-9)
+    assert found.spring == springs[0].scaled(found.factor)
+    sizes = np.array(found.trials)
+    assert np.all(np.diff(sizes[:, 1]) >= -1e-9)
+    with pytest.raises(InputError, match="has no friction to vary"):
+        least_friction(family, springs, 0.7, limit, options, which=0)
+
+
+@pytest.mark.slow
+def test_onset_of_two_springs_is_that_of_its_cycles() -> None:
+    options = CycleOptions(simulations=0, depth=0, points=2, speed_ratio_range=(0.5, 0.8))
+    family, springs = a_loop(1)
+    found = onset(family, springs, options)
+    assert found.lowest is not None
+    assert found.free is None
+    assert any("nothing is proved free" in note for note in found.notes)
+    assert found.lowest.cycle.speed == limit_cycles(family, springs, options).onset.cycle.speed

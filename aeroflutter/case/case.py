@@ -191,6 +191,11 @@ class Case:
             return PlacedModel(self.imported.family, at, stiffness, linear)
         return SectionModel(self.section, self.aerodynamics, at, stiffness, linear)
 
+    @property
+    def loop_springs(self) -> tuple[Spring, ...]:
+        """The springs that close the loop, one an output of `model`."""
+        return tuple(item.spring for item in outputs(self.springs))
+
     def family(self) -> SectionFamily | SpringFamily | FixedFamily:
         """The section at every airspeed, as the analyses of one spring see it.
 
@@ -225,7 +230,7 @@ class Case:
             `family` and `spring`, where one spring is not linear; else the `model`, and as many
             springs as it has outputs.
         """
-        outside = tuple(item.spring for item in outputs(self.springs))
+        outside = self.loop_springs
         return (self.family(), outside[0]) if len(outside) == 1 else (self.model(), outside)
 
     def replace(self, key: str, value: Any) -> Case:

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from aeroflutter.cli.airspeed import Airspeed
 from aeroflutter.cli.common import CaseName, CaseOptions, Output, say, show_facts, show_table
+from aeroflutter.cli.which import Which, place_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,6 +27,7 @@ def loop(
     spoils: Annotated[
         float, Parameter(help="Predicted harmonic over the first from which it is marked.")
     ] = 0.01,
+    spring: Which = None,
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -33,7 +35,8 @@ def loop(
 
     Bode and Nyquist plots of the loop with the locus -1/N, the harmonics that spoil each cycle,
     and the verdict: bands of speed and amplitude that are proved to hold the true cycle, or the
-    reason why there are none.
+    reason why there are none. Of several springs the loop of one is shown, the others being their
+    describing functions on the first cycle; harmonics are those of the whole loop.
     """
     from aeroflutter.guarantees.looptest import LoopTestOptions, loop_test
     from aeroflutter.orbits.describing import describing_curve
@@ -44,8 +47,8 @@ def loop(
     scale = output.begin(loaded, "loop")
     at = airspeed.one(loaded, "--speed-ratio, --speed: give one of them, or --velocity")
     assert at is not None  # or it is refused
-    curve = describing_curve(loaded.family(), loaded.spring)
-    result = loop_test(loaded.family(), loaded.spring, at, settings, curve)
+    curve = describing_curve(*loaded.loop())
+    result = loop_test(*loaded.loop(), at, settings, curve, place_of(spring, loaded))
     output.result(
         loaded,
         lambda: result,

@@ -81,7 +81,7 @@ def onset(
         return
 
     def analyse(one: Case) -> Onset:
-        return find(one.family(), one.spring, any_load=any_load)
+        return find(*one.loop(), any_load=any_load)
 
     if vary.vary is not None:
         vary.deliver(loaded, "onset", analyse, output, rows=_row)

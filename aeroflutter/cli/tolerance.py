@@ -11,6 +11,7 @@ from aeroflutter.cli.airspeed import EXACTLY_ONE, Airspeed, unit
 from aeroflutter.cli.common import CaseName, CaseOptions, Output, say, show_facts
 from aeroflutter.cli.progress import late_bar
 from aeroflutter.cli.proving import Harmless, harmless
+from aeroflutter.cli.which import Which, place_of
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def tolerance(
             "at the case's friction. friction: the least friction at the case's gap."
         ),
     ] = "size",
+    spring: Which = None,
     options: CaseOptions = CaseOptions(),
     output: Output = Output(),
 ) -> None:
@@ -40,7 +42,8 @@ def tolerance(
 
     Every stable limit cycle up to the airspeed is to stay below --amplitude-deg, half peak to
     peak. A piecewise-linear spring is scale-free, so one branch answers for its size; gap or
-    friction alone change the shape of the loop, so they take a branch a trial.
+    friction alone change the shape of the loop, so they take a branch a trial, and so does
+    anything of one of several springs, while the others stay as they are.
     """
     from aeroflutter.studies.tolerance import largest_gap, least_friction
     from aeroflutter.studies.tolerance import tolerance as largest_size
@@ -54,9 +57,11 @@ def tolerance(
     assert at is not None  # or it is refused
     ask = {"size": largest_size, "gap": largest_gap, "friction": least_friction}[vary]
     ratio = at / unit("--speed-ratio", loaded)
+    family, springs = loaded.loop()
+    which = place_of(spring, loaded)
     with late_bar("following limit cycles"):
-        result = ask(loaded.family(), loaded.spring, ratio, math.radians(amplitude_deg))
-    proved = harmless(loaded, at, vary)
+        result = ask(family, springs, ratio, math.radians(amplitude_deg), which=which)
+    proved = None if isinstance(springs, tuple) else harmless(loaded, at, vary)
     output.result(
         loaded,
         lambda: result,
@@ -75,9 +80,7 @@ def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless 
     from aeroflutter.results.cycles import spring_record, spring_words
 
     say(case.title)
-    own = spring_words(case.spring)
-    if own:
-        say(f"the case: {own}")
+    _say_which(case, result)
     limit = f"{math.degrees(result.amplitude):.6g} deg up to {_at(result.speed, result, scale)}"
     if result.unlimited:
         word = "gap" if result.vary == "gap" else "size"
@@ -96,13 +99,26 @@ def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless 
     if worst is None and result.spring is not None:
         say("with it there is no stable limit cycle up to that speed")
     elif worst is not None:
-        own = "of the case as it stands" if result.vary == "size" else f"with that {result.vary}"
+        as_it_is = result.vary == "size" and result.which is None
+        own = "of the case as it stands" if as_it_is else f"with that {result.vary}"
         at = _at(worst.speed, result, scale)
         say(f"largest stable limit cycle {own}: {math.degrees(worst.amplitude):.6g} deg at {at}")
     if proved is not None:
         say(_proved(proved, result, scale))
     for note in result.notes:
         say(f"note: {note}")
+
+
+def _say_which(case: Case, result: Tolerance) -> None:
+    """What the spring is that varies."""
+    from aeroflutter.results.cycles import spring_words
+
+    which = result.which or 0
+    own = spring_words(case.loop_springs[which])
+    if own:
+        say(f"the case: {own}")
+    if result.which is not None:
+        say(f"of the spring in {case.model().names[which]}, the others as they are:")
 
 
 def _proved(proved: Harmless, result: Tolerance, scale: Scale | None) -> str:

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.guarantees.looptest_several import loop_test_among
 from aeroflutter.guarantees.section import cut
 from aeroflutter.guarantees.verdict import Guarantees, guarantees_at
-from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.lure import AnyFamily, LureFamily, as_lure
 from aeroflutter.orbits.describing import DescribingCurve, DescribingOptions, describing_curve
 from aeroflutter.orbits.harmonic import Cycle, HarmonicOptions, sinusoid, solve_cycle
 from aeroflutter.orbits.harmonic.moment import answer
-from aeroflutter.springs import Spring, simplify
+from aeroflutter.springs import Spring, Springs, each, simplify
 
 __all__ = ["LoopCycle", "LoopTest", "LoopTestOptions", "loop_test"]
 
@@ -120,11 +121,12 @@ class LoopTest(Result):
 
 @analysis(speed="speed")
 def loop_test(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speed: float,
     options: LoopTestOptions | None = None,
     curve: DescribingCurve | None = None,
+    which: int = 0,
 ) -> LoopTest:
     """Frequency response, locus of -1/N, cycles, their harmonics, and the verdict.
 
@@ -134,15 +136,29 @@ def loop_test(
         U*.
     curve : DescribingCurve, optional
         If it is known already.
+    which : int
+        Place of the spring whose loop it is, of several.
 
     Raises
     ------
     InputError
         If the speed is not positive and finite.
     """
-    options, spring = options or LoopTestOptions(), simplify(spring)
+    options = options or LoopTestOptions()
     if not (np.isfinite(speed) and speed > 0):
         raise InputError(f"speed: must be positive and finite, not {speed!r}")
+    if len(each(spring)) > 1:
+        return loop_test_among(family, each(spring), which, speed, options, curve)
+    return _alone(as_lure(family), simplify(each(spring)[0]), speed, options, curve)
+
+
+def _alone(
+    family: LureFamily,
+    spring: Spring,
+    speed: float,
+    options: LoopTestOptions,
+    curve: DescribingCurve | None,
+) -> LoopTest:
     curve = curve or describing_curve(family, spring, DescribingOptions(points=100))
     found = _cycles_at(family, spring, curve, speed)
     cycles = tuple(

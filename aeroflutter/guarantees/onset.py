@@ -8,9 +8,10 @@ from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import InputError
 from aeroflutter.guarantees.absence import Absence, Uncovered, absence
 from aeroflutter.linear.rootlocus import RootLocus, root_locus
-from aeroflutter.model.lure import FixedFamily, LureFamily
+from aeroflutter.model.family import FixedModel
+from aeroflutter.model.lure import AnyFamily, FixedFamily, as_lure
 from aeroflutter.orbits.cycles import CycleOnset, CycleOptions, LimitCycles, limit_cycles
-from aeroflutter.springs import Cubic, Linear, Spring, simplify
+from aeroflutter.springs import Linear, Springs, each, simplify
 
 __all__ = ["Onset", "onset"]
 
@@ -70,8 +71,8 @@ class Onset(Result):
 
 @analysis()
 def onset(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     options: CycleOptions | None = None,
     *,
     any_load: bool = False,
@@ -83,7 +84,7 @@ def onset(
     family
         A section at every speed.
     spring
-        Its spring.
+        Its spring, or a sequence of them; of several nothing is proved free.
     options
         Of the search for cycles.
     any_load
@@ -101,21 +102,22 @@ def onset(
     >>> found.free_below < found.lowest.cycle.speed
     True
     """
-    if isinstance(family, FixedFamily):
+    if isinstance(family, FixedFamily | FixedModel):
         raise InputError("family: does not depend on speed; an onset is a speed")
     notes: list[str] = []
     free = None
+    springs = each(spring)
     try:
-        free = absence(family, spring)
+        if len(springs) > 1:
+            raise Uncovered("proofs over a range of speeds are of one spring")
+        free = absence(as_lure(family), springs[0])
         notes += free.notes
     except Uncovered as why:
         notes.append(f"nothing is proved free: {why}")
     if free is not None and free.certificate is None:
         notes.append("nothing is proved free: no multiplier was found, even at low speed")
     found = None
-    if not any_load and isinstance(spring, Cubic):
-        notes.append("exact cycles are of piecewise-linear springs; see `aeroflutter hb`")
-    elif not any_load and not isinstance(simplify(spring), Linear):
+    if not any_load and not all(isinstance(simplify(one), Linear) for one in springs):
         found = limit_cycles(family, spring, options)
         notes += found.notes
     return Onset(

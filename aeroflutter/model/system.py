@@ -210,7 +210,7 @@ class System:
         return cls(system.A, system.B, system.C, None, names, units, tuple(system.state_labels))
 
 
-def transfer(A: Real, B: Real, C: Real, s: ArrayLike) -> Complex:
+def transfer(A: Complex, B: Real, C: Real, s: ArrayLike) -> Complex:
     """``C (sI - A)^-1 B`` (…, m, m) for stacked systems, ``s`` broadcast against the stack."""
     at = np.asarray(s, dtype=complex)
     resolvent = at[..., None, None] * np.eye(A.shape[-1]) - A

@@ -38,7 +38,7 @@ def plot_tolerance(result: Tolerance, title: str = "", scale: Scale | None = Non
     with look.style():
         figure, panels = layout.figure(1, 2, width=10.0, height=4.4)
         draw_tolerance(panels[0], result, across)
-        if result.vary == "size" or not result.trials:
+        if not result.trials:
             _allowed(panels[1], result, across)
         else:
             _trials(panels[1], result)
@@ -48,7 +48,8 @@ def plot_tolerance(result: Tolerance, title: str = "", scale: Scale | None = Non
 
 def draw_tolerance(axes: Axes, result: Tolerance, across: look.Airspeed) -> None:
     """The cycles of the tolerable spring, with the limit and the highest speed."""
-    size = result.factor if result.vary == "size" and np.isfinite(result.factor) else 1.0
+    scaled = result.vary == "size" and result.which is None and np.isfinite(result.factor)
+    size = result.factor if scaled else 1.0
     draw(axes, _scaled(result.branch, size), across)
     limit, speed = float(np.degrees(result.amplitude)), result.speed / across.unit
     if result.worst is not None:
@@ -91,7 +92,9 @@ def _scaled(branch: LimitCycles, factor: float) -> LimitCycles:
     return replace(branch, families=families)
 
 
+DEGREES = 180.0 / np.pi
 NAMES_OF_VARIED = {
+    "size": "size over that of the case",
     "gap": r"whole gap $\Delta H$ (deg)",
     "friction": r"$\Delta V$, twice the friction (deg)",
 }
@@ -125,7 +128,7 @@ def _allowed(axes: Axes, result: Tolerance, across: look.Airspeed) -> None:
 def _trials(axes: Axes, result: Tolerance) -> None:
     """The largest stable amplitude against what varies, with the limit and the answer."""
     limit = float(np.degrees(result.amplitude))
-    tried = np.degrees(np.array(result.trials))
+    tried = np.array(result.trials) * [1.0 if result.vary == "size" else DEGREES, DEGREES]
     shown = tried[:, 1] <= 4.0 * limit
     axes.plot(
         tried[shown, 0], tried[shown, 1], "o-", color=meaning.EXACT,
@@ -134,8 +137,7 @@ def _trials(axes: Axes, result: Tolerance) -> None:
     axes.set_xlabel(NAMES_OF_VARIED[result.vary])
     axes.set_ylim(0.0, 1.15 * max(limit, float(tried[shown, 1].max(initial=0.0))))
     if result.spring is not None:
-        name = "delta_v" if result.vary == "friction" else "delta_h"
-        answer = float(np.degrees(getattr(result.spring, name)))
+        answer = result.varied * (1.0 if result.vary == "size" else DEGREES)
         axes.plot(answer, limit, "D", color=meaning.INK, linestyle="none", label="answer")
         refused = (
             (axes.get_xlim()[0], answer) if result.vary == "friction"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
@@ -13,12 +14,12 @@ from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.guarantees import Guarantees, guarantees
 from aeroflutter.guarantees.absence import Absence, Uncovered, absence
 from aeroflutter.linear.rootlocus import RootLocus, root_locus
-from aeroflutter.model.lure import LureFamily
+from aeroflutter.model.lure import AnyFamily, as_lure
 from aeroflutter.motion.response import Initial
 from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
 from aeroflutter.orbits.describing import DescribingCurve, describing_curve
-from aeroflutter.orbits.harmonic import HarmonicBranch, harmonic_families
-from aeroflutter.springs import Hysteresis, Linear, PiecewiseLinear, Spring, simplify
+from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOptions, harmonic_families
+from aeroflutter.springs import Linear, Springs, each, simplify, straight
 from aeroflutter.studies.maps import (
     Axis,
     Executor,
@@ -43,6 +44,7 @@ MOST_CELLS = 1200  # whose traces one page holds
 COLUMNS, ROWS = 41, 15  # of the map where nothing else is asked
 PATIENCE = 1000.0  # periods after which a cell of a smooth spring stays undecided
 PROVING = 10.0  # s of the processor for each half of the search for a proof
+SEVERAL = HarmonicOptions(tolerance=3e-4, max_harmonics=41, max_step=0.1)  # minutes, else
 FASTEST = 20.0  # U* up to which the map goes where nothing flutters
 
 
@@ -127,6 +129,11 @@ class Analyses:
     map: FlutterMap
     notes: tuple[str, ...]
 
+    @cached_property
+    def loop(self) -> tuple[AnyFamily, Springs]:
+        """What every motion of the page is one of."""
+        return self.case.loop()
+
     @property
     def flutter(self) -> float | None:
         """U*_L, or None."""
@@ -163,7 +170,7 @@ def analyse(
         If the map that is asked for cannot be: speed ratios without a flutter speed, say.
     """
     options = options or ReportOptions()
-    family, spring, notes = case.family(), case.spring, list[str]()
+    (family, spring), notes = case.loop(), list[str]()
     progress("root locus")
     locus = root_locus(family)
     if locus.flutter is None:
@@ -215,10 +222,10 @@ class _Found(NamedTuple):
 
 
 def _limit_cycles(
-    family: LureFamily, spring: Spring, notes: list[str], progress: Callable[[str], None]
+    family: AnyFamily, spring: Springs, notes: list[str], progress: Callable[[str], None]
 ) -> _Found:
     """Limit cycles by all three methods."""
-    if isinstance(simplify(spring), Linear):
+    if all(isinstance(simplify(one), Linear) for one in each(spring)):
         notes.append("The spring is linear: it has no limit cycles.")
         return _Found()
     progress("describing function")
@@ -227,7 +234,10 @@ def _limit_cycles(
     if curve is not None and curve.amplitude.size:
         guaranteed = _tried("Proofs", lambda: guarantees(family, spring, curve), notes)
     progress("harmonic balance")
-    branches = _tried("Harmonic balance", lambda: harmonic_families(family, spring), notes)
+    settings = None if len(each(spring)) == 1 else SEVERAL
+    branches = _tried(
+        "Harmonic balance", lambda: harmonic_families(family, spring, settings), notes
+    )
     progress("exact cycles")
     cycles = _tried("Exact cycles", lambda: limit_cycles(family, spring), notes)
     for name, found in (("Describing function", curve), ("Exact cycles", cycles)):
@@ -235,10 +245,12 @@ def _limit_cycles(
     return _Found(curve, guaranteed, branches or (), cycles)
 
 
-def _free(family: LureFamily, spring: Spring, notes: list[str]) -> Absence | None:
+def _free(family: AnyFamily, spring: Springs, notes: list[str]) -> Absence | None:
     """What is proved free of oscillation, looked for briefly."""
     try:
-        free = absence(family, spring, seconds=PROVING)
+        if len(each(spring)) > 1:
+            raise Uncovered("proofs over a range of speeds are of one spring")
+        free = absence(as_lure(family), each(spring)[0], seconds=PROVING)
     except Uncovered as why:
         notes.append(f"Proved free: nothing, {why}.")
         return None
@@ -262,7 +274,7 @@ def _grid(case: Case, options: ReportOptions, locus: RootLocus, onset: float | N
 
 def _straight(case: Case) -> bool:
     """Whether the exact engine takes the spring."""
-    return isinstance(simplify(case.spring), PiecewiseLinear | Hysteresis)
+    return all(map(straight, case.loop_springs))
 
 
 def _march(case: Case, longest: float) -> MapOptions:
@@ -302,6 +314,6 @@ def _pitches(case: Case, options: ReportOptions, rows: int) -> Array:
     if options.pitches_deg is not None:
         return options.pitches_deg
     top = float(np.degrees(2.0 * abs(case.initial.alpha) or 6.0 * case.spring.scale))
-    if case.spring.odd:
+    if all(one.odd for one in case.loop_springs):
         return np.linspace(top / rows, top, rows)
     return np.linspace(-top, top, rows + 1)  # an even number: none of them zero

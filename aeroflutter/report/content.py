@@ -258,19 +258,22 @@ def _described(found: Analyses, added: Motions) -> Iterator[_Curve]:
         return
     points = fields_of(curve)["branch"]
 
-    def add(i: int) -> None:
-        Y = np.array([curve.bias[i], -1j * curve.amplitude[i]])
+    several = isinstance(found.loop[1], Sequence)
+
+    def add(i: int, Y: Any = None) -> None:
+        Y = np.array([curve.bias[i], -1j * curve.amplitude[i]]) if Y is None else Y
         _add_harmonic(found, added, float(curve.speed[i]), Y, float(curve.k[i]))
 
     for one in curve.families[:MOST_CURVES]:
         mine = np.flatnonzero(curve.family == one.number)
         places = mine.tolist()
+        known = [cycle.motions for cycle in one.cycles] if several else [None] * len(places)
         yield _Curve(
             "df",
             one.number,
             [points[i] for i in places],
             [],
-            [partial(add, i) for i in places],
+            [partial(add, i, Y) for i, Y in zip(places, known, strict=True)],
             lambda shown, mine=mine: _proved(found, mine, mine[shown]),  # type: ignore[misc]
         )
 
@@ -289,7 +292,10 @@ def _balanced(found: Analyses, added: Motions) -> Iterator[_Curve]:
                 {**event, "period": one.cycle.period}
                 for event, one in zip(fields["bifurcations"], located, strict=False)
             ],
-            [partial(_add_harmonic, found, added, one.speed, one.Y, one.omega) for one in cycles],
+            [
+                partial(_add_harmonic, found, added, one.speed, one.motions, one.omega)
+                for one in cycles
+            ],
             lambda shown, top=branch.harmonics: {"harmonics": top},  # type: ignore[misc]
         )
 
@@ -302,9 +308,9 @@ def _exact(found: Analyses, added: Motions) -> Iterator[_Curve]:
 
     def add(cycle: Cycle) -> None:
         start = Initial(state=cycle.state, memory=cycle.memory)
-        system = found.case.family().at(cycle.speed)
+        family, spring = found.loop
         period = cycle.period
-        added.add_response(marched(system, found.case.spring, start, period, period))
+        added.add_response(marched(family.at(cycle.speed), spring, start, period, period))
 
     for family in found.cycles.families[:MOST_CURVES]:
         cycles = [*family.cycles, *(event.cycle for event in family.bifurcations)]
@@ -318,8 +324,8 @@ def _exact(found: Analyses, added: Motions) -> Iterator[_Curve]:
 
 def _add_harmonic(found: Analyses, added: Motions, speed: float, Y: Any, omega: float) -> None:
     """Add one period of a motion that is given by its harmonics."""
-    case = found.case
-    added.add_periodic(*harmonic_motion(case.family().at(speed), case.spring, Y, omega))
+    family, spring = found.loop
+    added.add_periodic(*harmonic_motion(family.at(speed), spring, Y, omega))
 
 
 def _proved(found: Analyses, mine: NDArray[np.intp], shown: NDArray[np.intp]) -> dict[str, Any]:
@@ -382,16 +388,16 @@ def _view(found: Analyses) -> dict[str, Any]:
 def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
     """The cells, the motion from every one of them, and the cycle in which it ends."""
     cells, case = found.map, found.case
-    grid = cells.grid
+    grid, (family, spring) = cells.grid, found.loop
     reference = (found.flutter or 1.0) if grid.x.key == "speed_ratio" else 1.0
     first = len(motions.headers)
     settled: dict[tuple[int, int], int] = {}
     for i, x in enumerate(grid.x.values):
         speed = float(x) * reference
-        system, unit = case.family().at(speed), period(found.locus, speed)
+        system, unit = family.at(speed), period(found.locus, speed)
         for j, y in enumerate(grid.y.values):
             start = Initial(**{**case.initial._asdict(), "alpha": math.radians(y)})
-            response = marched(system, case.spring, start, unit, found.options.periods * unit)
+            response = marched(system, spring, start, unit, found.options.periods * unit)
             motions.add_response(response, divergent=cells.state[i, j] == STATES.index("divergent"))
     ends = np.full(cells.state.shape, -1)
     for i, j in zip(*np.nonzero(cells.state == STATES.index("lco")), strict=True):
@@ -418,15 +424,16 @@ def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
 def _settled(found: Analyses, motions: Motions, i: int, j: int, reference: float) -> int:
     """One period of the cycle in which a cell ends."""
     grid, case = found.map.grid, found.case
-    system = case.family().at(float(grid.x.values[i]) * reference)
+    family, spring = found.loop
+    system = family.at(float(grid.x.values[i]) * reference)
     start = Initial(**{**case.initial._asdict(), "alpha": math.radians(grid.y.values[j])})
-    end = simulate(system, case.spring, start, SimulateOptions(record=False))
+    end = simulate(system, spring, start, SimulateOptions(record=False))
     near = Initial(state=end.final_state, memory=end.final_memory)
     # The end is certain long before it is reached: march on until it is.
     rate = float(np.clip(abs(end.extras.get("multiplier", 0.0)), 1e-3, 1.0 - 1e-3))
     more = end.period * np.ceil(np.log(ARRIVED) / np.log(rate))
     there = simulate(
-        system, case.spring, near, SimulateOptions(record=False, decide=False, duration=more)
+        system, spring, near, SimulateOptions(record=False, decide=False, duration=more)
     )
     on_cycle = Initial(state=there.final_state, memory=there.final_memory)
-    return motions.add_response(marched(system, case.spring, on_cycle, end.period, end.period))
+    return motions.add_response(marched(system, spring, on_cycle, end.period, end.period))

@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.model.lure import as_system
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.orbits.harmonic.moment import waveform
-from aeroflutter.springs import respond
+from aeroflutter.springs import each, respond
 
 if TYPE_CHECKING:
-    from aeroflutter.model.lure import LureSystem
-    from aeroflutter.springs import Spring
+    from aeroflutter.model.lure import AnySystem
+    from aeroflutter.model.system import System
+    from aeroflutter.springs import Springs
 
 __all__ = ["Motions", "harmonic_motion", "marched"]
 
@@ -36,7 +38,7 @@ FAR = 30.0  # times its start at which the trace of a divergent motion ends
 
 
 def marched(
-    system: LureSystem, spring: Spring, start: Initial, period: float, duration: float
+    system: AnySystem, spring: Springs, start: Initial, period: float, duration: float
 ) -> Response:
     """A march over a duration with `DENSE` samples a period, whatever comes of it."""
     options = SimulateOptions(duration=duration, dt=period / DENSE, decide=False)
@@ -44,7 +46,7 @@ def marched(
 
 
 def harmonic_motion(
-    system: LureSystem, spring: Spring, Y: Complex, omega: float
+    system: AnySystem, spring: Springs, Y: Complex, omega: float
 ) -> tuple[Array, Array, Array, Array]:
     """Time, pitch, heave and moment over one period of a motion given by its harmonics.
 
@@ -53,7 +55,8 @@ def harmonic_motion(
     system, spring
         The loop.
     Y
-        Harmonics 0 … H of y = Re Σ Y_k e^(jkωτ), radians; 0 and 1 for a describing function.
+        Harmonics 0 … H of y = Re Σ Y_k e^(jkωτ), radians; 0 and 1 for a describing function. Of
+        several springs (m, H+1), one row the coordinate of each; what is told is the first's.
     omega
         Reduced frequency.
 
@@ -63,27 +66,33 @@ def harmonic_motion(
         Heave is the system's answer to harmonics 0 … H of the spring's moment; where the system
         has a pole there, the one that goes with Y_k. NaN for a system without heave.
     """
-    samples = max(DENSE, 4 * Y.size)
+    whole, every = as_system(system), np.atleast_2d(Y)
+    count = every.shape[1]
+    samples = max(DENSE, 4 * count)
     samples += samples % 2
-    pitch = waveform(Y, samples)
-    twice, _ = respond(spring, np.tile(pitch, 2))  # the second period has forgotten the start
-    moment = twice[samples:]
-    F = np.fft.rfft(moment)[: Y.size] * (2.0 / samples)
-    F[0] *= 0.5
+    outputs = [waveform(row, samples) for row in every]
+    moments = [  # the second period has forgotten the start
+        respond(one, np.tile(y, 2))[0][samples:]
+        for one, y in zip(each(spring), outputs, strict=True)
+    ]
+    F = np.fft.rfft(moments)[:, :count] * (2.0 / samples)
+    F[:, 0] *= 0.5
     heave = np.full(samples, np.nan)
-    if "xi" in system.state_names:
-        heave = waveform(_states(system, Y, F, omega)[:, system.state_names.index("xi")], samples)
+    if "xi" in whole.state_names:
+        place = whole.state_names.index("xi")
+        heave = waveform(_states(whole, every, F, omega)[:, place], samples)
     time = np.linspace(0.0, 2.0 * np.pi / omega, samples + 1)
-    closed = np.array([pitch, heave, moment])[:, np.arange(samples + 1) % samples]
+    told = np.array([outputs[0], heave, moments[0]])
+    closed = told[:, np.arange(samples + 1) % samples]
     return time, closed[0], closed[1], closed[2]
 
 
-def _states(system: LureSystem, Y: Complex, F: Complex, omega: float) -> Complex:
-    """Harmonics of all states, (H+1, n), from (sI - A) x = -b F together with c x = Y."""
-    found = np.empty((Y.size, system.order), dtype=complex)
-    for k in range(Y.size):
-        rows = np.vstack((1j * k * omega * np.eye(system.order) - system.A, system.c))
-        right = np.append(-system.b * F[k], Y[k])
+def _states(system: System, Y: Complex, F: Complex, omega: float) -> Complex:
+    """Harmonics of all states, (H+1, n), from (sI - A) x = -B F together with C x = Y."""
+    found = np.empty((Y.shape[1], system.order), dtype=complex)
+    for k in range(Y.shape[1]):
+        rows = np.vstack((1j * k * omega * np.eye(system.order) - system.A, system.C))
+        right = np.append(-system.B @ F[:, k], Y[:, k])
         found[k] = np.linalg.lstsq(rows, right, rcond=None)[0]
     return found
 

@@ -333,7 +333,9 @@ def _width(spring: Spring | None) -> float | None:
 
 
 def _trials(one: Any) -> list[View]:
-    """Every value that was tried, by the name of what varies."""
+    """Every value that was tried, by the name of what varies; factors of size are none."""
+    if one.vary == "size":
+        return []
     return [View(None, varied=value, amplitude=size) for value, size in one.trials]
 
 

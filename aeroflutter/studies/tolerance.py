@@ -15,13 +15,15 @@ from scipy.optimize import brentq, minimize_scalar
 
 from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.model.lure import FixedFamily, LureFamily
+from aeroflutter.model.family import FixedModel
+from aeroflutter.model.lure import AnyFamily, FixedFamily
 from aeroflutter.orbits.cycles.assemble import Family
 from aeroflutter.orbits.cycles.follow import Place, between
 from aeroflutter.orbits.cycles.options import CycleOptions
 from aeroflutter.orbits.cycles.result import Cycle, LimitCycles
 from aeroflutter.orbits.cycles.search import Search
-from aeroflutter.springs import Freeplay, Hysteresis, Linear, Spring, simplify
+from aeroflutter.springs import Freeplay, Hysteresis, Linear, Spring, Springs, each, simplify
+from aeroflutter.studies.tolerance_several import tolerance_among
 
 __all__ = ["Tolerance", "largest_gap", "least_friction", "tolerance"]
 
@@ -56,7 +58,10 @@ class Tolerance(Result):
         What was varied: "size", "friction" or "gap".
     trials
         Values of ΔV or ΔH that were tried, rad, with the largest stable amplitude up to the speed
-        (0 where there is none, infinite where they grow without bound), rad; ascending.
+        (0 where there is none, infinite where they grow without bound), rad; ascending. With
+        "size" of one of several springs, factors.
+    which
+        Place of the spring that varies among several; None where it is the only one.
     """
 
     spring: Spring | None
@@ -69,33 +74,51 @@ class Tolerance(Result):
     notes: tuple[str, ...]
     vary: str = "size"
     trials: tuple[tuple[float, float], ...] = ()
+    which: int | None = None
+
+    @property
+    def varied(self) -> float:
+        """What varied, of the answer: its factor, its gap, or twice its friction (rad)."""
+        if self.vary == "size" or self.spring is None:
+            return self.factor
+        names = ("delta_h", "gap") if self.vary == "gap" else ("delta_v", "friction")
+        name = next(one for one in names if hasattr(self.spring, one))
+        return (2.0 if name == "friction" else 1.0) * float(getattr(self.spring, name))
 
     @property
     def unlimited(self) -> bool:
         """Whether any size or gap is tolerable."""
-        return self.worst is None and (self.vary == "size" or self.spring is None)
+        return (
+            self.worst is None
+            and self.which is None
+            and (self.vary == "size" or self.spring is None)
+        )
 
 
 @analysis(speed="speed_ratio", relative=True)
 def tolerance(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speed_ratio: float,
     amplitude: float,
     options: CycleOptions | None = None,
+    which: int = 0,
 ) -> Tolerance:
     """The largest spring of a shape that keeps every stable cycle below an amplitude.
 
     Parameters
     ----------
     family, spring
-        As for `limit_cycles`; what counts of the spring is its shape.
+        As for `limit_cycles`; what counts of the spring is its shape. Of several springs the
+        others stay as they are, and every size that is tried takes a branch of its own.
     speed_ratio
         Highest speed over U*_L.
     amplitude
         Largest amplitude allowed, half peak-to-peak, rad.
     options
         Where to look; the upper end of the range of speeds is `speed_ratio`.
+    which
+        Place of the spring that varies, of several.
 
     Raises
     ------
@@ -114,9 +137,12 @@ def tolerance(
     0.297792
     """
     _check(speed_ratio, amplitude)
-    search = _search(family, spring, speed_ratio, options)
+    if len(each(spring)) > 1:
+        return tolerance_among("size", family, each(spring), which, speed_ratio, amplitude, options)
+    (spring,) = each(spring)
+    search = search_up_to(family, spring, speed_ratio, options)
     speed = speed_ratio * search.frame.reference
-    worst = _worst(search, speed)
+    worst = largest_stable(search, speed)
     branch = search.result()
     factor = float("inf") if worst is None else amplitude / worst.amplitude
     return Tolerance(
@@ -127,17 +153,18 @@ def tolerance(
         speed=speed,
         speed_ratio=speed_ratio,
         branch=branch,
-        notes=(*branch.notes, *_gaps(branch, speed_ratio)),
+        notes=(*branch.notes, *uncovered(branch, speed_ratio)),
     )
 
 
 @analysis(speed="speed_ratio", relative=True)
 def least_friction(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speed_ratio: float,
     amplitude: float,
     options: CycleOptions | None = None,
+    which: int = 0,
 ) -> Tolerance:
     """The least friction ΔV that keeps every stable cycle below an amplitude, at the given gap ΔH.
 
@@ -145,7 +172,7 @@ def least_friction(
 
     Parameters
     ----------
-    family, spring, speed_ratio, amplitude, options
+    family, spring, speed_ratio, amplitude, options, which
         As for `tolerance`; the spring is a hysteresis loop with a gap.
 
     Returns
@@ -161,6 +188,11 @@ def least_friction(
         If no friction up to a hundred times the gap is enough, or stable cycles grow without bound.
     """
     _check(speed_ratio, amplitude)
+    if len(each(spring)) > 1:
+        return tolerance_among(
+            "friction", family, each(spring), which, speed_ratio, amplitude, options
+        )
+    (spring,) = each(spring)
     if not isinstance(spring, Hysteresis) or not spring.delta_h > 0.0:
         raise InputError("spring.kind: friction belongs to a hysteresis loop with delta_h_deg > 0")
 
@@ -176,11 +208,12 @@ def least_friction(
 
 @analysis(speed="speed_ratio", relative=True)
 def largest_gap(
-    family: LureFamily,
-    spring: Spring,
+    family: AnyFamily,
+    spring: Springs,
     speed_ratio: float,
     amplitude: float,
     options: CycleOptions | None = None,
+    which: int = 0,
 ) -> Tolerance:
     """The largest gap ΔH that keeps every stable cycle below an amplitude, at the given friction.
 
@@ -189,7 +222,7 @@ def largest_gap(
 
     Parameters
     ----------
-    family, spring, speed_ratio, amplitude, options
+    family, spring, speed_ratio, amplitude, options, which
         As for `tolerance`; the spring is a hysteresis loop, or freeplay.
 
     Returns
@@ -206,6 +239,9 @@ def largest_gap(
         If even a gap of a hundredth of ΔV is too large, or stable cycles grow without bound.
     """
     _check(speed_ratio, amplitude)
+    if len(each(spring)) > 1:
+        return tolerance_among("gap", family, each(spring), which, speed_ratio, amplitude, options)
+    (spring,) = each(spring)
     if not isinstance(spring, Hysteresis) or not spring.delta_v > 0.0:
         if isinstance(simplify(spring), Freeplay):
             return replace(tolerance(family, spring, speed_ratio, amplitude, options), vary="gap")
@@ -230,7 +266,7 @@ class _Loops:
     def __init__(
         self,
         vary: str,
-        family: LureFamily,
+        family: AnyFamily,
         spring: Hysteresis,
         speed_ratio: float,
         amplitude: float,
@@ -256,8 +292,8 @@ class _Loops:
         coarse = replace(
             self.options or CycleOptions(), points=2
         )  # maxima are located all the same
-        search = _search(self.family, self.at(ratio), self.speed_ratio, coarse)
-        worst = _worst(search, self.speed_ratio * search.frame.reference)
+        search = search_up_to(self.family, self.at(ratio), self.speed_ratio, coarse)
+        worst = largest_stable(search, self.speed_ratio * search.frame.reference)
         self.ratios.append(ratio)
         self.tried[self.varied(self.at(ratio))] = 0.0 if worst is None else worst.amplitude
         return worst is not None and worst.amplitude > self.amplitude
@@ -292,9 +328,13 @@ class _Loops:
     def answer(self, ratio: float) -> Tolerance:
         """The loop of a ratio, its cycles, and how it was come to."""
         found = self.at(ratio)
-        search = _search(self.family, found, self.speed_ratio, self.options)
+        search = search_up_to(self.family, found, self.speed_ratio, self.options)
         speed = self.speed_ratio * search.frame.reference
-        branch, worst, given = search.result(), _worst(search, speed), self.varied(self.spring)
+        branch, worst, given = (
+            search.result(),
+            largest_stable(search, speed),
+            self.varied(self.spring),
+        )
         return Tolerance(
             spring=found,
             factor=self.varied(found) / given if given else float("nan"),
@@ -303,7 +343,7 @@ class _Loops:
             speed=speed,
             speed_ratio=self.speed_ratio,
             branch=branch,
-            notes=(*branch.notes, *_gaps(branch, self.speed_ratio)),
+            notes=(*branch.notes, *uncovered(branch, self.speed_ratio)),
             vary=self.vary,
             trials=tuple(sorted(self.tried.items())),
         )
@@ -319,14 +359,14 @@ def _check(speed_ratio: float, amplitude: float) -> None:
         raise InputError(problems)
 
 
-def _search(
-    family: LureFamily, spring: Spring, speed_ratio: float, options: CycleOptions | None
+def search_up_to(
+    family: AnyFamily, spring: Springs, speed_ratio: float, options: CycleOptions | None
 ) -> Search:
     """A finished search that covers the speed."""
     options = options or CycleOptions()
-    if isinstance(simplify(spring), Linear):
+    if all(isinstance(simplify(one), Linear) for one in each(spring)):
         raise InputError("spring.kind: the spring is linear and has no limit cycles to keep small")
-    if isinstance(family, FixedFamily):
+    if isinstance(family, FixedFamily | FixedModel):
         raise InputError("family: does not depend on speed; a tolerance is one up to a speed")
     low, high = options.speed_ratio_range
     search = Search(
@@ -344,7 +384,7 @@ def _search(
     return search
 
 
-def _worst(search: Search, speed: float) -> Cycle | None:
+def largest_stable(search: Search, speed: float) -> Cycle | None:
     """The largest stable cycle up to a speed U*."""
     cycles = [cycle for family in search.families for cycle in family.facts.cycles]
     cycles += search.at(speed)
@@ -387,7 +427,7 @@ def _top(one: Place, other: Place) -> Cycle | None:
     return at.get(best.x)
 
 
-def _gaps(branch: LimitCycles, speed_ratio: float) -> list[str]:
+def uncovered(branch: LimitCycles, speed_ratio: float) -> list[str]:
     """Warnings of speeds at which there are cycles, but none of those found is stable."""
     if branch.stable_onset is None:
         return []
