@@ -606,7 +606,7 @@ def test_the_loop_beside_a_straight_spring_is_that_of_a_spring_alone() -> None:
     assert other.predicted[1::2] == pytest.approx(cycle.predicted[1::2], rel=1e-4)
     system = SectionModel(section, springs=["pitch"]).at(3.0)
     seen = system.transfer(1j * found.frequency)[:, 0, 0]
-    assert found.G == pytest.approx(seen, rel=1e-6)
+    assert pytest.approx(seen, rel=1e-6) == found.G
     assert not other.guarantee.guaranteed[0]
 
 
