@@ -11,7 +11,7 @@ UV ?= uv
 PIP_LOCKED := --quiet --disable-pip-version-check --require-hashes --no-deps
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lowest python-3.13 test-slow mutants reference reproduce derive check-derive lint format bench docs wheel lock clean
+.PHONY: help setup demo test lowest python-3.13 test-slow kernels mutants reference reproduce derive check-derive lint format bench docs wheel lock clean
 
 help: ## list the commands
 	@awk -F ':.*## ' '/^[a-z0-9.-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -36,6 +36,16 @@ demo: setup ## flutter speed and amplitude curve of run 14, with figures and dat
 
 test: setup ## run the tests, with the coverage of aeroflutter, generated and derive
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --cov --cov-report=term:skip-covered
+
+# numba's machine code is not traced, so that report leaves the kernels out: here they are plain Python.
+# pyproject.toml's settings omit them, hence no file of settings.
+KERNELS = --rcfile=/dev/null --data-file=.coverage.kernels
+kernels: setup ## run some tests with the kernels uncompiled, with the coverage of the kernels
+	NUMBA_DISABLE_JIT=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m coverage run $(KERNELS) \
+		--include='aeroflutter/*/_kernel*.py,aeroflutter/*/*/_kernel*.py' -m pytest -q -n 0 \
+		tests/test_exact.py tests/test_maps.py -k \
+		"first_limit_cycle or overflow or rest or event or table or samples or round_off"
+	$(BIN)/python -m coverage report $(KERNELS) --show-missing
 
 reproduce: setup ## the thesis's figures and tables by their own numbers, in out/reproduce
 	$(BIN)/aeroflutter reproduce --folder $(OUT)/reproduce

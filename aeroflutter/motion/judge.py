@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -385,6 +386,7 @@ def no_cycles(count: int, size: int) -> Cycles:
     )  # fmt: skip
 
 
+@lru_cache(maxsize=64)
 def _nothing(piece: PieceTable) -> float:
     """Height of a loop that is nothing to a spring."""
     edges = np.unique(piece.rows[:, [LOW, HIGH]])
