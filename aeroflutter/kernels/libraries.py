@@ -44,11 +44,10 @@ class _Entry(JITCodeLibrary):
 class _Draft(JITCodeLibrary):
     """The code of a function for other kernels: neither optimised nor made machine code."""
 
-    def finalize(self) -> None:
-        self._raise_if_finalized()
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
         self._finalized = True
 
     def get_pointer_to_function(self, name: str) -> int:
@@ -135,6 +134,7 @@ class Apart:
             self.dispatcher.compile(signature)
         (made,) = self.dispatcher.overloads.values()
         address = made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+        assert address, self._name
         llvm.add_symbol(self._name, address)
         return made
 
