@@ -43,4 +43,6 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 html_theme = "furo"
 html_title = "aeroflutter"
+html_static_path = ["static"]
+html_css_files = ["pages.css"]
 exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.md5"]

@@ -39,6 +39,13 @@ def test_what_is_not_understood_stops_the_build(mathml):
         mathml.mathml(r"a + \nosuchthing b", "inline")
 
 
+def test_every_module_of_figures_is_in_the_api_pages():
+    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    inner = {"__init__", "amplitudes", "branches", "layout"}  # what others draw with
+    for module in (DOCS.parent / "aeroflutter" / "plots").glob("*.py"):
+        assert module.stem in inner or f"automodule:: aeroflutter.plots.{module.stem}\n" in text
+
+
 def test_pictures_of_pages_are_drawn_by_their_commands():
     """What `docs/figures.py` will look for when the pages are made."""
     seen = 0

@@ -5,6 +5,7 @@ import io
 import json
 import re
 
+import bah
 import numpy as np
 import pytest
 import xarray as xr
@@ -245,6 +246,16 @@ def test_no_file_of_another_command_or_case_is_replaced(capsys, tmp_path):
         assert "run 15" in data.attrs["title"]
 
 
+def test_what_is_replaced_is_said(capsys, tmp_path):
+    out = tmp_path / "r.nc"
+    for word in ("written", "replaced"):
+        assert main(["spring", "run14", "--out", str(out)]) == 0
+        assert f"{word}: {out}" in capsys.readouterr().out
+    out.write_text("no file of this program")
+    assert main(["spring", "run14", "--out", str(out)]) == 2
+    assert out.read_text() == "no file of this program"
+
+
 def test_a_linear_spring_has_no_onset_and_is_drawn(capsys, tmp_path):
     plot = tmp_path / "l.png"
     found = result(capsys, "df", "linear-08", "--points", "10", "--plot", str(plot))
@@ -384,6 +395,30 @@ def test_former_options_work_and_say_their_names_of_today(capsys, words, today):
     assert json.loads(out)["title"]
     assert words[2] in err or words[-2] in err
     assert f"is {today}" in err or today in err
+
+
+def test_former_names_of_import_and_pk(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    A = np.array([[0.0, 1.0], [-4.0, -0.1]])
+    np.savez(
+        "ss.npz", speeds=[10.0, 20.0], A=np.array([A, A]), B=np.ones((2, 2, 1)),
+        C=np.array([[1.0, 0.0]]), names=["flap"], units=["rad"],
+    )  # fmt: skip
+    for name, file in (("-o", "a.toml"), ("--output", "b.toml"), ("--out", "c.toml")):
+        assert main(["import", "ss.npz", name, file, "--set", "time_unit=s"]) == 0
+        assert ("is --out now" in capsys.readouterr().err) == (name != "--out")
+        assert (tmp_path / file).exists()
+    case = tmp_path / "wing.toml"
+    keys = {**bah.MODEL, "speed_range": [350.0, 450.0]}
+    lines = [f"{key} = {json.dumps(value)}" for key, value in keys.items()]
+    case.write_text('title = "a wing"\n[model]\n' + "\n".join(lines))
+    found = [
+        result(capsys, "pk", str(case), "--points", "5", *words)
+        for words in (("--low", "380", "--high", "420"), ("--velocity", "380,420"))
+    ]
+    assert found[0] == found[1]
+    assert main(["pk", str(case), "--points", "5", "--low", "380"]) == 0
+    assert "--velocity LOW,HIGH now" in capsys.readouterr().err
 
 
 def test_former_onset_flags_of_sweep(capsys):
