@@ -193,6 +193,24 @@ def test_simulate_names_every_coordinate_and_every_spring(
     assert found["springs"][0]["amplitude"] == found["amplitude_deg"]
 
 
+def test_a_heave_spring_may_come_first(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """The answer is that of the other order: degrees are told of the one in an angle."""
+    gap = {"at": "heave", "kind": "hysteresis", "delta_v": 0.004, "delta_h": 0.006}
+    loop = {"at": "pitch", "kind": "hysteresis", "delta_v_deg": 0.1, "delta_h_deg": 0.2}
+    section = {"omega_bar": 0.6, "zeta_xi": 0.02, "zeta_alpha": 0.02}
+    found = []
+    for springs, memory in (([gap, loop], [0.002, 0.001]), ([loop, gap], [0.001, 0.002])):
+        case = load_case(
+            {"section": section, "spring": springs, "initial": {"alpha_deg": 1, "memory": memory}}
+        )
+        file = tmp_path / f"{springs[0]['at']}.toml"
+        file.write_text(case.text)
+        found.append(said(capsys, "simulate", str(file), "--speed-ratio", "0.9"))
+    one, other = ({k: v for k, v in each.items() if k != "title"} for each in found)
+    assert one == other
+    assert one["springs"][0]["at"] == "pitch"
+
+
 def test_a_map_over_one_of_two_gaps(worn: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The flap's gap along x: cells end as single runs of the changed case end."""
     grid = ["--x", "spring.flap.gap_deg=0.5:1:2", "--alpha-deg", "1:3:2", "--workers", "0"]

@@ -247,6 +247,26 @@ class Case:
         """
         return build_case(parse_case(self.text, self.source), self.source, overrides)
 
+    def led_by_an_angle(self) -> Case:
+        """The case with a spring in an angle before the others, if it has one.
+
+        What is told as the amplitude is that of the first spring; degrees are for angles.
+        """
+        outside = outputs(self.springs)
+        units = self.model().units
+        if units[0] == "rad" or "rad" not in units:
+            return self
+        lead = next(i for i, one in enumerate(self.springs) if one is outside[units.index("rad")])
+        order = [lead, *(i for i in range(len(self.springs)) if i != lead)]
+        tables = self.tables
+        tables["spring"] = [tables["spring"][i] for i in order]
+        initial = tables.get("initial", {})
+        if "memory" in initial:  # one a spring that remembers, in the order of the springs
+            rest = iter(initial["memory"])
+            held = {i: next(rest) for i, one in enumerate(self.springs) if remembers(one.spring)}
+            initial["memory"] = [held[i] for i in order if i in held]
+        return build_case(tables, self.source)
+
     def displaced(self, alpha: float) -> InitialMotion | SectionMotion | ModelMotion:
         """The initial motion with another pitch, or displacement of the first spring of a model.
 

@@ -128,6 +128,8 @@ class CaseOptions:
     def load(self, name: str, *, angle: bool = True) -> Case:
         """The case with the changes of `--set`.
 
+        Where an angle is asked for, its first spring is one in an angle, if there is one.
+
         Raises
         ------
         InputError
@@ -137,11 +139,14 @@ class CaseOptions:
         from aeroflutter.case.source import parse_override
 
         case = load_case(name, dict(map(parse_override, self.set)))
-        if angle and (model := case.model()).units[0] != "rad":
+        if not angle:
+            return case
+        case = case.led_by_an_angle()
+        if (model := case.model()).units[0] != "rad":
             raise InputError(
                 f"{case.source}: spring.at: amplitudes are reported in degrees, which "
-                f'"{model.names[0]}" has not; put one of an angle first, if there is one, or use '
-                "the Python interface"
+                f'"{model.names[0]}" has not, and no other spring is in an angle; use the Python '
+                "interface"
             )
         return case
 
