@@ -67,7 +67,10 @@ def lco(
     ] = None,
     points_csv: Annotated[
         Path | None,
-        Parameter(help="With --plot: your points; columns amplitude_deg and speed_ratio or speed."),
+        Parameter(
+            help="With --plot: your points; columns amplitude_deg and speed_ratio, speed or "
+            "velocity_m_s."
+        ),
     ] = None,
     figure: Annotated[
         Literal["branch", "multipliers"], Parameter(help="What --plot draws.")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from aeroflutter.case import Case
+    from aeroflutter.model.section import Scale
     from aeroflutter.plots.cycles import Overlay
 
 __all__ = ["overlays", "read_points"]
@@ -37,7 +38,7 @@ def overlays(
     """
     if not plot and (df or simulate is not None or points_csv is not None):
         raise InputError("--df, --simulate, --points-csv: only add to a figure; give --plot FILE")
-    ready = [] if points_csv is None else [read_points(points_csv, _flutter(case))]
+    ready = [] if points_csv is None else [read_points(points_csv, _flutter(case), case.scale)]
     speeds = None if simulate is None else axis_of_speeds("--simulate", simulate, case)
 
     def compute() -> list[Overlay]:
@@ -49,8 +50,8 @@ def overlays(
     return compute
 
 
-def read_points(path: Path, flutter: float | None) -> Overlay:
-    """Points of a CSV file with columns `amplitude_deg` and `speed_ratio` or `speed`.
+def read_points(path: Path, flutter: float | None, scale: Scale | None = None) -> Overlay:
+    """Points of a CSV file: `amplitude_deg`, and `speed_ratio`, `speed` or `velocity_m_s`.
 
     Parameters
     ----------
@@ -58,6 +59,8 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
         The file; its first line names the columns, others are ignored.
     flutter
         U*_L, to turn speed ratios into speeds.
+    scale
+        To turn velocities into speeds.
 
     Raises
     ------
@@ -75,12 +78,13 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
         raise InputError(f"--points-csv {path}: cannot be read: {error}") from None
     if not rows:
         raise InputError(f"--points-csv {path}: has no rows under its heading")
-    name = "speed" if "speed" in rows[0] else "speed_ratio"
+    names = ("velocity_m_s", "speed") if scale is not None else ("speed",)
+    name = next((one for one in names if one in rows[0]), "speed_ratio")
     missing = [column for column in (name, "amplitude_deg") if column not in rows[0]]
     if missing:
         raise InputError(
             f"--points-csv {path}: lacks the column {' and '.join(missing)}; its first line must "
-            "name amplitude_deg and speed_ratio or speed"
+            "name amplitude_deg and speed_ratio or speed, or velocity_m_s where there are SI data"
         )
     try:
         speed = np.array([float(row[name]) for row in rows])
@@ -94,6 +98,8 @@ def read_points(path: Path, flutter: float | None) -> Overlay:
                 "flutter speed; give the column speed"
             )
         speed = speed * flutter
+    elif name == "velocity_m_s" and scale is not None:
+        speed = speed * scale.speed(1.0)
     from aeroflutter.plots.style import literal
 
     return Overlay(literal(path.stem), "points", speed, np.radians(amplitude))
