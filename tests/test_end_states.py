@@ -176,3 +176,19 @@ def test_the_rest_of_two_springs_is_where_the_motion_goes(two_hinges, pitch):
     march = March(flow, flow.begin(start, memory))
     march.run(6000.0)
     assert flow.C[0] @ march.point().x == pytest.approx(end.rest, abs=1e-10)
+
+
+@pytest.mark.parametrize("beside", [np.inf, 0.3, 0.0])
+def test_motions_that_pass_a_known_cycle_find_their_own(
+    monkeypatch: pytest.MonkeyPatch, beside: float
+) -> None:
+    """However near counts as going to a known cycle, a motion that closes elsewhere is heard."""
+    monkeypatch.setattr("aeroflutter.motion.judge.BESIDE", beside)
+    family = SectionFamily(TypicalSection(omega_bar=0.2))
+    speed = flutter_speed(family)
+    assert speed is not None
+    states = 3.0 * np.random.default_rng(1).normal(size=(10, 6))
+    found = end_states(Flow(family.at(0.7 * speed), [Freeplay(1.0)]), states, 0.0, share=True)
+    assert {STATES[code] for code in found.state} == {"lco"}
+    assert sorted(np.round(found.cycles.amplitude, 4)) == [1.5946, 1.8324, 1.8324]
+    assert np.ptp(found.cycles.bias) > 0.4  # mirror images are two
