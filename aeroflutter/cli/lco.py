@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -157,7 +158,8 @@ def _print(
 
     say(case.title)
     facts: dict[str, Any] = flutter_facts(result.flutter_speed, scale)
-    fields = fields_of(result, case if scale else None)
+    told = replace(result, families=())  # a record of each would cost a tenth of finding them
+    fields = fields_of(told, case if scale else None)
     for name in ("onset", "stable_onset"):
         onset = fields[name]
         facts[name.replace("_", " ")] = onset and lowest(onset, digits=8, figures=5)
