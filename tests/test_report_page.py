@@ -28,25 +28,38 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     case = folder / "case.toml"
     case.write_text(f"title = {json.dumps(HOSTILE)}\n" + TAILPLANE)
     patch = pytest.MonkeyPatch()
-    patch.setattr("aeroflutter.report.analyses.PROVING", 0.5)
-    quick = _quick_cycles()
-    patch.setattr("aeroflutter.report.analyses.limit_cycles", quick)
+    _quick(patch)
     words = ("--velocity", "150,160", "--alpha-deg", "0.5,1", "--periods", "4")
     assert main(["report", str(case), *words, "--out", str(folder / "r.html")]) == 0
     patch.undo()
     return folder / "r.html"
 
 
-def _quick_cycles() -> Any:
+def _quick(patch: pytest.MonkeyPatch) -> None:
+    """Let the analyses of a page look for little: what they find is tested elsewhere."""
     from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
+    from aeroflutter.orbits.harmonic import HarmonicOptions, harmonic_families
 
-    options = CycleOptions(simulations=0, depth=0, points=30)
-    return lambda family, spring: limit_cycles(family, spring, options)
+    analyses = "aeroflutter.report.analyses"
+    few = CycleOptions(simulations=0, depth=0, points=30)
+    low = HarmonicOptions(harmonics=3, max_step=0.2)
+    patch.setattr(
+        "aeroflutter.report.analyses.limit_cycles", lambda *loop: limit_cycles(*loop, few)
+    )
+    patch.setattr(
+        f"{analyses}.harmonic_families",
+        lambda family, spring, *_: harmonic_families(family, spring, low),
+    )
+    patch.setattr(f"{analyses}.PROVING", 0.1)
 
 
 @pytest.fixture(scope="module")
 def data(page: Path) -> dict[str, Any]:
-    text = page.read_text(encoding="utf-8")
+    return _carried(page.read_text(encoding="utf-8"))
+
+
+def _carried(text: str) -> dict[str, Any]:
+    """The data of a page."""
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)
     assert found
     carried: dict[str, Any] = json.loads(found[1])
@@ -86,6 +99,37 @@ def test_tables_are_in_seconds_where_the_page_is_in_metres(
     assert "282.04 m/s" in text  # divergence
 
 
+def test_a_model_from_a_file_has_a_page_without_a_map(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    import test_model_case
+
+    test_model_case.npz(tmp_path / "s.npz", test_model_case.variables())
+    case = tmp_path / "s.toml"
+    case.write_text(
+        'title = "a model"\n[model]\nkind = "state-space"\nfile = "s.npz"\n'
+        '[[spring]]\nat = "pitch"\nkind = "freeplay"\ngap_deg = 1.0\n'
+        '[[spring]]\nat = "heave"\nkind = "linear"\n'
+    )
+    _quick(monkeypatch)
+    out = tmp_path / "m.html"
+    words = ["report", str(case), "--out", str(out)]
+    assert main([*words, "--alpha-deg", "1,2"]) == 2
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["cells"] is None
+    text = out.read_text(encoding="utf-8")
+    assert "A model from a file: 6 states" in text
+    assert re.search(r'<section aria-labelledby="map" hidden>', text)
+    assert "<dd>87.195 m/s at 4.769 Hz</dd>" in text
+    data = _carried(text)
+    assert data["map"] is None
+    assert data["axis"]["seconds"] == 1.0
+    assert {curve["method"] for curve in data["curves"]} == {"df", "hb", "exact"}
+    shown = _shown(out, "return [document.getElementById('chosen').textContent, UNIT, CLOCK]")
+    assert re.search(r"cycle at speed [\d.]+: amplitude .* Hz\)", shown[0])
+    assert shown[1:] == [" s", "t"]
+
+
 def test_the_map_is_told_in_words() -> None:
     grid = {
         "x": {"scale": 2.0, "values": [1.0, 2.0, 3.0]},
@@ -119,23 +163,45 @@ def test_thinned_traces_keep_their_extremes(ratio: float) -> None:
         assert drawn == pytest.approx(signal[turns], abs=1e-3 * np.abs(signal).max())
 
 
-@pytest.fixture(scope="module")
-def browser(page: Path) -> Any:
+def _driver() -> Any:
+    """A browser without a window."""
     if BROWSER is None or DRIVER is None:
         pytest.skip("needs chromium and chromedriver (Debian: chromium, chromium-driver)")
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.support.ui import WebDriverWait
 
     options = webdriver.ChromeOptions()
     options.binary_location = BROWSER
     for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
         options.add_argument(word)
     options.add_argument("--window-size=1400,1000")
-    driver = webdriver.Chrome(options=options, service=Service(DRIVER))
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(options=options, service=Service(DRIVER))
+
+
+def _open(driver: Any, page: Path) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
     driver.get(page.as_uri())
     ready = "return document.documentElement.dataset.ready"
     WebDriverWait(driver, 60).until(lambda one: one.execute_script(ready) == "yes")
+
+
+def _shown(page: Path, script: str) -> Any:
+    """What a script says of a page, in a browser of its own."""
+    driver = _driver()
+    try:
+        _open(driver, page)
+        assert driver.get_log("browser") == []
+        return driver.execute_script(script)
+    finally:
+        driver.quit()
+
+
+@pytest.fixture(scope="module")
+def browser(page: Path) -> Any:
+    driver = _driver()
+    _open(driver, page)
     yield driver
     driver.quit()
 

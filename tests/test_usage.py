@@ -38,14 +38,6 @@ class Terminal(io.StringIO):
         return True
 
 
-def at_80_columns(monkeypatch, *words):
-    monkeypatch.setenv("COLUMNS", "80")
-    screen = Terminal()
-    with contextlib.redirect_stdout(screen):
-        assert main(words) == 0
-    return screen.getvalue()
-
-
 # Units
 
 
@@ -317,41 +309,7 @@ def test_friction_is_said_to_be_half_of_delta_v(capsys):
     assert "friction ± 0.5 deg (delta_v = 1 deg, twice the friction)" in capsys.readouterr().out
 
 
-# The terminal
-
-
-COMMANDS = [
-    ("cases",),
-    ("validate", "run14"),
-    ("rootlocus", "naca496", "--stiffness-curve", "0.5:1:3"),
-    ("rootlocus", "naca496", "--vary", "section.si.m=90,100"),
-    ("df", "run14", "--points", "20"),
-    ("lco", "run14", "--simulations", "0", "--depth", "0", "--points", "20"),
-    ("hb", "run14", "--harmonics", "3"),
-    ("loop", "run14", "--speed-ratio", "0.95"),
-    ("spring", "run14"),
-    ("simulate", "run14", "--speed-ratio", "0.93"),
-    ("simulate", "run14", "--sweep", "0.94:0.96:2"),
-    ("map", "run14", "--speed-ratio", "0.9,0.95", "--alpha-deg", "2,8"),
-    ("sweep", "run14", "--vary", "section.mu=normal(100,5)", "--sample", "2"),
-    ("chaos", "freeplay-02", "--speed-ratio", "0.3", "--cycles", "50", "--transient", "10"),
-]
-NAMES = ["-".join(words[:2]) + f"-{i}" for i, words in enumerate(COMMANDS)]
-
-
-@pytest.mark.parametrize("words", COMMANDS, ids=NAMES)
-def test_every_command_fits_80_columns_and_splits_no_number(monkeypatch, capsys, words):
-    """What a screen shows is, word for word, in what a pipe gets."""
-    screen = at_80_columns(monkeypatch, *words)
-    assert main(words) == 0
-    piped = capsys.readouterr().out
-    changing = re.compile(r"time|cpu", re.IGNORECASE)
-    assert max(map(len, screen.splitlines())) <= 80
-    known = set(piped.split())
-    told = [line for line in screen.splitlines() if not changing.search(line)]
-    strange = {word for line in told for word in line.split()} - known
-    assert not {word for word in strange if re.search(r"\d", word)}, strange
-    assert all(line == line.rstrip() for line in piped.splitlines())
+# The terminal; what every command shows is in test_screens.py
 
 
 def test_columns_are_left_out_by_rank_and_named(monkeypatch, capsys):

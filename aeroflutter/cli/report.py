@@ -93,7 +93,8 @@ def report(
         pitches_deg=_values("--alpha-deg", alpha_deg),
         periods=periods,
     )
-    section_only(loaded, "report")
+    if any(one is not None for one in (speeds, settings.speed_ratios, settings.pitches_deg)):
+        section_only(loaded, "report --velocity, --speed, --speed-ratio, --alpha-deg")
     plotly = plotly_source()
     found = analyse(loaded, settings, progress=lambda step: print(f"{step} …", file=sys.stderr))
     print("motions …", file=sys.stderr)
@@ -106,7 +107,7 @@ def report(
         "bytes": out.stat().st_size,
         "curves": len(content["curves"]),
         "bifurcations": len(content["events"]),
-        "cells": found.map.grid.cells,
+        "cells": found.map and found.map.grid.cells,
         "motions": len(content["motions"]["headers"]),
         "notes": content["notes"],
     }

@@ -45,6 +45,10 @@ COLUMNS, ROWS = 41, 15  # of the map where nothing else is asked
 PATIENCE = 1000.0  # periods after which a cell of a smooth spring stays undecided
 PROVING = 10.0  # s of the processor for each half of the search for a proof
 SEVERAL = HarmonicOptions(tolerance=3e-4, max_harmonics=41, max_step=0.1)  # minutes, else
+MAPLESS = (
+    "Flutter map: a model from a file has no pitch from which motions could start; `simulate` "
+    "takes one motion at a time, and the page shows that of every cycle."
+)
 FASTEST = 20.0  # U* up to which the map goes where nothing flutters
 
 
@@ -114,6 +118,7 @@ class Analyses:
     free
         What is proved free of oscillation; None where nothing is.
     map : FlutterMap
+        None for a model from a file, which has no pitch for motions to start from.
     notes
         Why something is missing, and what the analyses themselves remark.
     """
@@ -126,7 +131,7 @@ class Analyses:
     branches: tuple[HarmonicBranch, ...]
     cycles: LimitCycles | None
     free: Absence | None
-    map: FlutterMap
+    map: FlutterMap | None
     notes: tuple[str, ...]
 
     @cached_property
@@ -175,30 +180,46 @@ def analyse(
     locus = root_locus(family)
     if locus.flutter is None:
         low, high = locus.searched
+        name = "U*" if case.imported is None else "V"
         notes.append(
-            f"There is no linear flutter between U* = {low:.4g} and {high:.4g}: "
-            "speeds on this page are U*, not ratios."
+            f"There is no linear flutter between {name} = {low:.4g} and {high:.4g}: "
+            f"speeds on this page are {name}, not ratios."
         )
     found = _limit_cycles(family, spring, notes, progress)
     progress("where nothing can oscillate")
     free = _free(family, spring, notes)
-    progress("flutter map")
-    cells = SpeedPitch(
-        family,
-        spring,
-        _grid(case, options, locus, found.onset),
-        1.0 if locus.flutter is None or options.speeds is not None else locus.flutter.speed,
-        Initial(**{**case.initial._asdict(), "alpha": 0.0}),
-    )
+    cells = None
+    if case.imported is None:
+        progress("flutter map")
+        cells = _mapped(case, options, locus, found.onset, executor)
+    else:
+        notes.append(MAPLESS)
     return Analyses(
         case=case,
         options=options,
         locus=locus,
         **found._asdict(),
         free=free,
-        map=flutter_map(cells, _march(case, period(locus, FASTEST)), executor=executor),
+        map=cells,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _mapped(
+    case: Case,
+    options: ReportOptions,
+    locus: RootLocus,
+    onset: float | None,
+    executor: Executor | None,
+) -> FlutterMap:
+    """The flutter map of a section."""
+    cells = SpeedPitch(
+        *case.loop(),
+        _grid(case, options, locus, onset),
+        1.0 if locus.flutter is None or options.speeds is not None else locus.flutter.speed,
+        Initial(**{**case.initial._asdict(), "alpha": 0.0}),
+    )
+    return flutter_map(cells, _march(case, period(locus, FASTEST)), executor=executor)
 
 
 class _Found(NamedTuple):

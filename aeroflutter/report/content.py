@@ -19,8 +19,10 @@ from aeroflutter.results.proofs import free_words
 from aeroflutter.springs import respond
 
 if TYPE_CHECKING:
+    from aeroflutter.model.section import Scale
     from aeroflutter.orbits.cycles import Cycle
     from aeroflutter.report.analyses import Analyses
+    from aeroflutter.studies.maps import FlutterMap, Grid
 
 __all__ = ["gather"]
 
@@ -63,7 +65,9 @@ def gather(found: Analyses) -> dict[str, Any]:
         "curves": [curve for curve, _ in curves],
         "events": [event for _, events in curves for event in events],
         "view": _view(found),
-        "map": _map(found, motions),
+        "coordinate": found.case.model().names[0],
+        "heave": "xi" in found.case.model().state_names,
+        "map": None if found.map is None else _map(found, found.map, motions),
         "motions": motions.coded(),
     }
     return {key: _plain(value) for key, value in page.items()}
@@ -86,13 +90,21 @@ def _axis(found: Analyses) -> dict[str, Any]:
     """What speeds are on this page."""
     flutter = {} if found.flutter is None else {"flutter": found.flutter / found.unit}
     if found.case.scale is not None:
-        flutter["semichord"] = found.case.scale.b  # a second is V/b of tau
+        flutter |= _clock(found.case.scale)
         return {"key": "velocity", "label": "airspeed V (m/s)", "unit": found.unit, **flutter}
     if found.flutter is None:
         return {"key": "speed", "label": "airspeed U*", "unit": 1.0}
     return {
         "key": "speed_ratio", "label": "airspeed ratio U*/U*_L", "unit": found.unit, **flutter,
     }  # fmt: skip
+
+
+def _clock(scale: Scale) -> dict[str, float]:
+    """What turns a page's times into seconds: b/V of tau, or nothing where they are seconds."""
+    one, two = scale.seconds(1.0, 1.0), scale.seconds(1.0, 2.0)
+    if not math.isfinite(one):
+        return {}
+    return {"semichord": scale.b} if one != two else {"seconds": 1.0}
 
 
 def _free(found: Analyses) -> dict[str, Any] | None:
@@ -110,18 +122,20 @@ def _free(found: Analyses) -> dict[str, Any] | None:
 def _facts(found: Analyses) -> list[tuple[str, str]]:
     """What stands at the top: label and value."""
     flutter, divergence = found.locus.flutter, found.locus.divergence
-    scale = found.case.scale
-    metres = (
-        "" if divergence is None or scale is None else f", {scale.velocity(divergence):.5g} m/s"
-    )
-    facts = [
-        ("linear flutter speed U*_L", "none" if flutter is None else f"{flutter.speed:.6g}"),
-        ("reduced frequency there", "-" if flutter is None else f"{flutter.k:.5g}"),
-        ("divergence speed U*_D", "none" if divergence is None else f"{divergence:.5g}{metres}"),
-    ]
-    if flutter is not None and scale is not None:
-        hertz = scale.frequency_hz(flutter.k, flutter.speed)
-        facts.append(("flutter", f"{scale.velocity(flutter.speed):.5g} m/s at {hertz:.4g} Hz"))
+    scale, imported = found.case.scale, found.case.imported is not None
+    facts: list[tuple[str, str]] = []
+    if not imported:
+        facts = [
+            ("linear flutter speed U*_L", "none" if flutter is None else f"{flutter.speed:.6g}"),
+            ("reduced frequency there", "-" if flutter is None else f"{flutter.k:.5g}"),
+            ("divergence speed U*_D", "none" if divergence is None else f"{divergence:.5g}"),
+        ]
+    if scale is not None:
+        if flutter is not None:
+            hertz = scale.frequency_hz(flutter.k, flutter.speed)
+            facts.append(("flutter", f"{scale.velocity(flutter.speed):.5g} m/s at {hertz:.4g} Hz"))
+        if divergence is not None:
+            facts.append(("divergence", f"{scale.velocity(divergence):.5g} m/s"))
     if found.free is not None:
         facts.append(("nothing oscillates", free_words(found.free, found.flutter, scale)))
     for name, onset in _onsets(found):
@@ -150,6 +164,8 @@ def _results(found: Analyses) -> dict[str, Any]:
 
 
 def _section(found: Analyses) -> dict[str, float | None]:
+    if found.case.imported is not None:
+        return {"states": float(len(found.case.model().state_names))}
     section = found.case.section
     names = ("mu", "a_h", "x_alpha", "r_alpha", "omega_bar", "zeta_alpha", "zeta_xi")
     flap = {} if section.flap is None else vars(section.flap)
@@ -385,9 +401,9 @@ def _view(found: Analyses) -> dict[str, Any]:
     return {"x": [low - pad, high], "y": [0.0, 1.05 * top], "log": False}
 
 
-def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
+def _map(found: Analyses, cells: FlutterMap, motions: Motions) -> dict[str, Any]:
     """The cells, the motion from every one of them, and the cycle in which it ends."""
-    cells, case = found.map, found.case
+    case = found.case
     grid, (family, spring) = cells.grid, found.loop
     reference = (found.flutter or 1.0) if grid.x.key == "speed_ratio" else 1.0
     first = len(motions.headers)
@@ -403,7 +419,7 @@ def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
     for i, j in zip(*np.nonzero(cells.state == STATES.index("lco")), strict=True):
         key = int(i), int(cells.attractor[i, j])
         if key not in settled:
-            settled[key] = _settled(found, motions, int(i), int(j), reference)
+            settled[key] = _settled(found, grid, motions, key[0], int(j), reference)
         ends[i, j] = settled[key]
     return {
         "x": {"key": grid.x.key, "values": grid.x.values, "scale": reference / found.unit},
@@ -421,9 +437,11 @@ def _map(found: Analyses, motions: Motions) -> dict[str, Any]:
     }
 
 
-def _settled(found: Analyses, motions: Motions, i: int, j: int, reference: float) -> int:
+def _settled(
+    found: Analyses, grid: Grid, motions: Motions, i: int, j: int, reference: float
+) -> int:
     """One period of the cycle in which a cell ends."""
-    grid, case = found.map.grid, found.case
+    case = found.case
     family, spring = found.loop
     system = family.at(float(grid.x.values[i]) * reference)
     start = Initial(**{**case.initial._asdict(), "alpha": math.radians(grid.y.values[j])})

@@ -12,7 +12,7 @@ const FONT = getComputedStyle(document.body).fontFamily;
 
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
-const toPage = data.map.x.scale; // from the map's speeds to those of the page
+const toPage = data.map ? data.map.x.scale : 1; // from the map's speeds to those of the page
 let chosen = null; // the cell, point or bifurcation whose motion is shown
 
 // ---------------------------------------------------------------- colours and layouts
@@ -87,8 +87,8 @@ function drawSpring() {
   const { pitch, moment } = data.spring;
   draw("plot-spring", [{ x: pitch, y: moment, mode: "lines",
     line: { color: colour("ink"), width: 2 },
-    hovertemplate: "pitch %{x:.4g}°<br>moment %{y:.4g}°<extra></extra>" }],
-    axis("pitch (deg)"), axis("restoring moment (deg)"), heading("spring"));
+    hovertemplate: "%{x:.4g}°<br>moment %{y:.4g}°<extra></extra>" }],
+    axis(ANGLE), axis("restoring moment (deg)"), heading("spring"));
 }
 
 function drawLocus() {
@@ -110,8 +110,8 @@ function drawLocus() {
       customdata: growing.map((one) => one.speed),
       marker: { symbol: "x", size: 9, color: colour("ink") },
       hovertemplate: `${speed} %{customdata:.6g}<br>k = %{y:.5g}` },
-  ], axis("Re p, p over V/b", { range: [low - pad, high + pad] }),
-  axis("Im p", top ? { range: [0, top] } : { rangemode: "tozero" }), heading("root locus"));
+  ], axis(data.axis.seconds ? "Re p (1/s)" : "Re p, p over V/b", { range: [low - pad, high + pad] }),
+  axis(data.axis.seconds ? "Im p (1/s)" : "Im p", top ? { range: [0, top] } : { rangemode: "tozero" }), heading("root locus"));
   const shown = marks([[flutter, "flutter"],
     [divergence !== null && divergence < Math.max(...speeds) ? divergence : null, "divergence"],
     ...(linearAt === null ? [] : [[speeds[linearAt], ""]])]);
@@ -178,10 +178,10 @@ const decades = (low, high, digits) => Array.from({ length: high - low + 1 }, (_
 /** The axis of amplitudes, logarithmic where the curves would crowd at its foot. */
 function amplitudes() {
   const { y, log } = data.view;
-  if (!y) return axis("pitch amplitude (deg)");
-  if (!log) return axis("pitch amplitude (deg)", { range: y });
+  if (!y) return axis(`${data.coordinate} amplitude (deg)`);
+  if (!log) return axis(`${data.coordinate} amplitude (deg)`, { range: y });
   const ticks = decades(Math.floor(Math.log10(y[0])), Math.ceil(Math.log10(y[1])), [1, 2, 5]);
-  return axis("pitch amplitude (deg)", { type: "log", range: y.map(Math.log10),
+  return axis(`${data.coordinate} amplitude (deg)`, { type: "log", range: y.map(Math.log10),
     tickvals: ticks, ticktext: ticks.map((value) => number(value, 2)) });
 }
 
@@ -304,13 +304,14 @@ function cellWords(i, j) {
 
 /** Seconds of one τ at a speed of the page, where it is in m/s; else 1. */
 const second = (speed) => (data.axis.semichord ? data.axis.semichord / speed : 1);
-const CLOCK = data.axis.semichord ? "t" : "τ";
-const UNIT = data.axis.semichord ? " s" : "";
+const UNIT = data.axis.semichord || data.axis.seconds ? " s" : "";
+const CLOCK = UNIT ? "t" : "τ";
+const ANGLE = `${data.coordinate} (deg)`;
 
 /** A period in the words of the page, with its frequency where that has a unit. */
 function periodWords(tau, speed) {
   const period = tau * second(speed);
-  return data.axis.semichord ? `period ${number(period)} s (${number(1 / period, 4)} Hz)` : `period ${number(period)}`;
+  return UNIT ? `period ${number(period)} s (${number(1 / period, 4)} Hz)` : `period ${number(period)}`;
 }
 
 function drawMotion() {
@@ -321,20 +322,21 @@ function drawMotion() {
   const trace = (key, name, more) => ({ x: whole.time, y: whole[key], mode: "lines", name: key,
     line: line(name), ...more });
   draw("plot-traces", [
-    trace("pitch", "line-exact", { hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>pitch %{y:.5g}°<extra></extra>` }),
-    trace("heave", "line-exact", { yaxis: "y2",
-      hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>heave %{y:.5g}<extra></extra>` }),
-  ], axis(UNIT ? "time (s)" : "time τ", { anchor: "y2" }), axis("pitch (deg)", { domain: [0.54, 1] }),
-  { yaxis2: axis("heave ξ = h/b", { domain: [0, 0.46] }), margin: { l: 68, r: 12, t: 8, b: 44 },
+    trace("pitch", "line-exact", { hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>${data.coordinate} %{y:.5g}°<extra></extra>` }),
+    ...(data.heave ? [trace("heave", "line-exact", { yaxis: "y2",
+      hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>heave %{y:.5g}<extra></extra>` })] : []),
+  ], axis(UNIT ? "time (s)" : "time τ", { anchor: data.heave ? "y2" : "y" }),
+  axis(ANGLE, { domain: data.heave ? [0.54, 1] : [0, 1] }),
+  { yaxis2: axis("heave ξ = h/b", { domain: [0, 0.46], visible: data.heave }), margin: { l: 68, r: 12, t: 8, b: 44 },
     shapes: cycle ? reach(cycle.pitch) : [] });
   const path = (values, width, opacity, name) => ({ x: values.pitch, y: values.moment, opacity,
     mode: "lines", name, line: { color: colour("line-exact"), width },
-    hovertemplate: "pitch %{x:.5g}°<br>moment %{y:.5g}°<extra></extra>" });
+    hovertemplate: "%{x:.5g}°<br>moment %{y:.5g}°<extra></extra>" });
   const paths = cycle
     ? [path(whole, 1, 0.45, "from the start"), path(cycle, 2.6, 1, "limit cycle")]
     : [path(whole, chosen.kind === "cell" ? 1.2 : 2.2, 1, "path")];
   const seen = (key) => (cycle ? { range: around(cycle[key]) } : {});
-  draw("plot-path", paths, axis("pitch (deg)", seen("pitch")),
+  draw("plot-path", paths, axis(ANGLE, seen("pitch")),
     axis("restoring moment (deg)", seen("moment")),
     { showlegend: Boolean(cycle), margin: { l: 52, r: 12, t: 10, b: 44 } });
 }

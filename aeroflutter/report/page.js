@@ -75,7 +75,7 @@ function choose(what) {
   byId("chosen").textContent = what.words[0].toUpperCase() + what.words.slice(1);
   byId("chosen").dataset.motion = what.motion;
   mark("plot-curves", curveShapes());
-  mark("plot-map", mapShapes());
+  if (data.map) mark("plot-map", mapShapes());
   if (isDrawn("plot-traces")) drawMotion();
 }
 
@@ -144,8 +144,8 @@ function stepEvent(along) {
 }
 
 function listen() {
-  clicked("plot-map", (point) => chooseCell(...point.pointIndex.toReversed()));
-  keyed("plot-map", { ArrowLeft: () => stepCell(-1, 0), ArrowRight: () => stepCell(1, 0),
+  if (data.map) clicked("plot-map", (point) => chooseCell(...point.pointIndex.toReversed()));
+  if (data.map) keyed("plot-map", { ArrowLeft: () => stepCell(-1, 0), ArrowRight: () => stepCell(1, 0),
     ArrowUp: () => stepCell(0, 1), ArrowDown: () => stepCell(0, -1),
     Home: () => stepCell(-Infinity, 0), End: () => stepCell(Infinity, 0),
     Enter: () => stepCell(0, 0) });
@@ -252,7 +252,10 @@ async function main() {
     return;
   }
   byId("plot-curves").hidden = byId("hint-curves").hidden = !data.curves.length;
-  chooseCell(...first());
+  byId("plot-map").hidden = !data.map;
+  if (data.map) chooseCell(...first());
+  else if (data.curves.length) choosePoint(data.curves.length - 1, Math.floor(data.curves.at(-1).x.length / 2));
+  else byId("motion").closest("section").hidden = byId("plot-traces").hidden = true;
   await drawFirst();
   listen();
   ready("yes");

@@ -76,18 +76,32 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
         script=script,
         plotly=base64.b64encode(packed).decode("ascii"),
         data=_json(drawn),
-        sketch=sketch(case.section, case.spring.kind, case.model().names[0]),
+        sketch=_sketch(case),
         facts=_facts(content["facts"]),
         notes=_notes(content["notes"]),
         parameters=_facts((name, f"{value:g}") for name, value in content["section"].items()),
         case=escape(content["case"]),
         curves=_curves(content),
-        cells=_cells(content),
-        words=_words(content["map"]),
+        cells=_cells(content) if content["map"] else "",
+        words=_words(content["map"]) if content["map"] else "",
+        mapless="" if content["map"] else " hidden",
+        what="section" if case.imported is None else "model",
+        coordinate=escape(content["coordinate"]),
         modes=_modes(content["locus"]),
-        period="period (s)" if content["axis"].get("semichord") else "period τ",
-        counts=_counts(content["map"]["counts"]),
+        period="period (s)" if {"semichord", "seconds"} & set(content["axis"]) else "period τ",
+        counts=_counts(content["map"]["counts"]) if content["map"] else "",
     )
+
+
+def _sketch(case: Case) -> str:
+    """The section to scale, or what a model from a file is made of."""
+    if case.imported is None:
+        drawn = sketch(case.section, case.spring.kind, case.model().names[0])
+        return f"{drawn}<figcaption>The section, to scale. Lengths in semi-chords b.</figcaption>"
+    model = case.model()
+    springs = ", ".join(model.names)
+    said = f"A model from a file: {len(model.state_names)} states, with springs in {springs}."
+    return f"<figcaption>{escape(said)}</figcaption>"
 
 
 _PARTS = ("page.html", "page.css", "figures.js", "page.js")
