@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from marching import event_march
@@ -10,8 +12,10 @@ from aeroflutter import (
     Bilinear,
     Cubic,
     Freeplay,
+    Hysteresis,
     Linear,
     LureSystem,
+    Relay,
     SectionFamily,
     Table,
     TypicalSection,
@@ -287,3 +291,108 @@ def test_who_creeps_towards_a_rest_beyond_an_edge_is_not_at_rest(load: float, re
     march.run(0.1)
     assert march.motion.window[0, 1] == np.inf
     assert one_sided(flow, march.motion) == pytest.approx(rest, nan_ok=True)
+
+
+# --- slow motions ---------------------------------------------------------------------------------
+
+
+def odd(mu, x_alpha, r_alpha, omega_bar, **more) -> SectionFamily:
+    """A quasi-steady section, about the quarter chord."""
+    return SectionFamily(
+        TypicalSection(mu=mu, x_alpha=x_alpha, r_alpha=r_alpha, omega_bar=omega_bar, **more),
+        QuasiSteady(),
+    )
+
+
+def test_a_slow_approach_to_a_cycle_ends_on_it():
+    family = odd(183.4523941644868, 0.21708992047520886, 0.5895041854650517, 0.2160932776131578,
+                 a_h=-0.48919882793882263, zeta_xi=0.0011514954814926522)  # fmt: skip
+    spring = Bilinear(0.0, -0.11273810341693746, 0.011951187578690514, 0.4444533114677971)
+    start = Initial(alpha=1.5735935406710593, alpha_rate=0.07958838403428466,
+                    xi=0.5464517399977854, xi_rate=0.04485660832664138)  # fmt: skip
+    flow = Flow(at(family, 0.7792), [spring])
+    end = end_state(flow, *start.start(flow.system, spring))
+    assert end.state == "lco"
+    assert 0.9995 < end.multiplier < 1.0
+    z = end.cycle.z[0, : flow.n]
+    x, _ = event_march(flow.system, spring, z, 0.0, end.period)
+    np.testing.assert_allclose(x, z, rtol=0, atol=1e-9 * np.abs(z).max())
+
+
+def test_a_fast_mode_that_dies_first_is_no_damping():
+    """Both pieces that meet at the rest are unstable in the slow mode, at first a small one."""
+    family = odd(38.305404158194385, 0.1757379526556079, 0.407915874667776, 0.4349169956165135,
+                 zeta_alpha=0.0011060370322091464)  # fmt: skip
+    spring = Bilinear(0.0, 0.2520799625624375, -0.11210822758936231, 0.42679474828024466)
+    system = at(family, 1.0186)
+    for slope in (spring.m_f, 1.0):
+        assert np.linalg.eigvals(system.closed(slope)).real.max() > 0.0
+    end = simulate(system, spring, Initial(alpha=0.06457434155821892), BRIEF)
+    assert end.state == "divergent"
+    assert "at every larger size" in end.reason
+
+
+def test_a_drift_whose_zeros_are_parted_by_round_off_is_no_oscillation():
+    """Quasi-steady about the quarter chord, pitch moves on at its rate across a gap."""
+    family = odd(200.34205177779498, 0.27286820750147313, 0.6279230049744542, 0.23769628357949288,
+                 zeta_xi=0.000905446179366346)  # fmt: skip
+    spring = Freeplay(1.0, 0.11910379057552062)
+    flow = Flow(at(family, 0.2826), [spring])
+    flat = int(flow.arrays.lookup[flow.place([1])])
+    assert flow.proofs.decays[flat] == 0
+    assert np.all(np.isfinite(flow.proofs.centre))
+    end = simulate(at(family, 0.2826), spring, Initial(alpha=4.97, alpha_rate=0.33), BRIEF)
+    assert end.state == "lco"
+
+
+def test_what_grows_without_any_damping_is_not_neutral():
+    """A hinge drives an undamped quasi-steady section ever farther, by less and less."""
+    family = odd(30.64801909276379, 0.2023703983566562, 0.6256399272122761, 0.4888308760190031)
+    spring = Hysteresis(0.764234250130302, 0.7075702817432775)
+    end = simulate(at(family, 0.8187), spring, Initial(alpha=4.0), BRIEF)
+    assert end.state == "divergent"
+
+
+@pytest.mark.parametrize(
+    "spring", [Linear(), Freeplay(0.01), Hysteresis(0.01, 0.01), Cubic(1.0, 3.0)]
+)
+def test_a_motion_of_nothing_has_no_loops(spring):
+    """4e-321 degrees: what is left of a number is no cycle of nine loops."""
+    end = simulate(at(SECTION, 0.5), spring, Initial(alpha=7e-323), BRIEF)
+    assert (end.state, end.amplitude, end.extras["loops"]) == ("damped", 0.0, 0)
+
+
+def test_a_relay_that_begins_at_nothing_is_over():
+    end = simulate(at(SECTION, 0.5), Relay(0.01), Initial(alpha=1e-200), BRIEF)
+    assert (end.state, end.rest) == ("damped", 0.0)
+
+
+def test_a_cell_that_round_off_decides_is_the_same_in_a_map():
+    """Long chaotic transients between two attractors: the same steps to the last bit."""
+    section = TypicalSection(mu=104.33777042521686, x_alpha=0.10886648918440518,
+                             r_alpha=0.4453599827064744, omega_bar=0.8128487546510065)  # fmt: skip
+    spring = Bilinear(0.0, -0.21924745602071616, 0.014622694886790188, 0.9161041030539276)
+    system = at(SectionFamily(section), 0.8567)
+    states = np.zeros((40, system.order))
+    states[:, 1] = np.linspace(-3.0, 3.0, 40)
+    options, memory = EndOptions(duration=1e7), np.zeros(40)
+    column = decide_cells(Flow(system, [spring]), states, memory, options)
+    alone = end_states(Flow(system, [spring]), states, memory, options)
+    fickle = end_states(Flow(system, [spring]), states * (1 + 2e-16), memory, options)
+    assert np.any(fickle.state != alone.state)
+    np.testing.assert_array_equal(column.state, alone.state)
+
+
+def test_a_cubic_that_moves_slowly_to_a_cycle_is_told_so():
+    end = simulate(
+        at(LIGHT, 1.005), Cubic(1.0, 3.0), Initial(alpha=0.05), replace(BRIEF, cycles=60)
+    )
+    assert end.state == "lco"
+    assert end.amplitude == pytest.approx(0.058503061485, rel=1e-6)
+
+
+def test_a_cubic_that_shrinks_at_every_size_is_damped():
+    family = odd(97.25673851168847, 0.060348073314756015, 0.5529632920769421, 0.18464611378491427,
+                 zeta_xi=0.0002829619574536886)  # fmt: skip
+    end = simulate(at(family, 0.4736), Cubic(1.0, 3.0), Initial(alpha=5.0), BRIEF)
+    assert (end.state, end.rest) == ("damped", 0.0)

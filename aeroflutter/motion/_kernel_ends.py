@@ -38,7 +38,6 @@ from aeroflutter.motion._kernel_flow import (
 )
 from aeroflutter.motion._kernel_proofs import (
     APERIODIC,
-    CHATTERING,
     CONVERGED,
     DAMPED,
     DIVERGENT,
@@ -72,8 +71,9 @@ Index = NDArray[np.int64]
 # Why a call comes back: all is settled; a motion has nearly closed; it goes to a member of a
 # continuum of cycles; it has made as many maxima as are judged together; it has gone to a cycle
 # of its own finding; a mode has no table; it has long had no extremum; it has been nothing to
-# the spring for some loops.
+# the spring for some loops; it switches without progress in time.
 OVER, CLOSING, BESIDE, COUNTED, FOUND, UNPREPARED, CREEPING, FADING = 0, 1, 2, 3, 4, 5, 6, 7
+STALLED = 8
 # What `memo` holds: the motion at hand, what to do with it next, its maxima, the lag of a near
 # return, how many cycles are known, whether it has found one itself (which is behind those), the
 # end state that the caller has decided.
@@ -399,7 +399,7 @@ def settle(
                 state = DIVERGENT if proofs.unstable else UNDECIDED
                 reason = OVERFLOWED
             elif status == STUCK:
-                state, reason = UNDECIDED, CHATTERING
+                return STALLED
             else:
                 state, reason, rest = certain(system, motion, proofs)
                 if state == ONWARD and reason == UNKNOWN:

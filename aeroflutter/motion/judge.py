@@ -131,6 +131,7 @@ class Settling:
             kernel.UNPREPARED: self._prepare,
             kernel.CREEPING: self._creep,
             kernel.FADING: self._fade,
+            kernel.STALLED: self._stall,
         }
         while True:
             why = kernel.settle(
@@ -225,6 +226,13 @@ class Settling:
         quick = (abs(change.total) + change.error) * left > ENOUGH * change.loops
         halts = past.memo[kernel.OWN] == 1 or self.envelope.halts()
         return self.envelope.loops >= ENDURING and left > 0 and bool(quick or halts)
+
+    def _stall(self) -> None:
+        """A motion switches without progress in time."""
+        if self._quickens():
+            self._end(codes.DAMPED, CONTRACTS, 0.0)
+        else:
+            self._end(codes.UNDECIDED, codes.CHATTERING)
 
     def _quickens(self) -> bool:
         """Whether the motion switches ever faster, and goes to y = 0 for certain."""
