@@ -49,7 +49,7 @@ def measure() -> Iterator[tuple[str, float, str, float | None]]:
     begin = time.process_time()
     page = render(case, gather(analyse(case)), plotly_source())
     yield "made, kernels compiled on the first run", time.process_time() - begin, "CPU s", None
-    yield "size", len(page.encode()) / 1e6, "MB", 6.0
+    yield "size", len(page.encode()) / 1e6, "MB", 4.0
     if not (shutil.which("chromium") and shutil.which("chromedriver")):
         return
     times = opened(page)

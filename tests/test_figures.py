@@ -167,6 +167,11 @@ def test_a_map_is_where_something_happens():
         assert 30 <= ratios.size <= 91
 
 
+def test_a_map_of_cycles_just_below_flutter_is_narrow():
+    ratios = ratios_around(0.985, 91)
+    assert ratios[-1] - ratios[0] < 0.03
+
+
 def test_maps_follow_the_onset_and_what_is_asked_stays(capsys):
     from aeroflutter.cli.map import around_onset, axes
 

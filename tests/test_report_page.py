@@ -143,6 +143,44 @@ def test_the_map_is_told_in_words() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "end"), [(0.985, 1.0, 1.004), (0.9, 1.0, 1.025), (1.0, 3.0, 1.5)]
+)
+def test_the_view_fits_where_cycles_are(
+    low: float, high: float, end: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that begin just below flutter, and those that go up from it."""
+    found = _seen(monkeypatch, np.linspace(low, high, 50), np.linspace(0.5, 3.0, 50))
+    assert found["x"][1] == pytest.approx(end, abs=1e-3)
+    assert found["x"][0] < low
+    assert not found["log"]
+
+
+def test_small_amplitudes_are_seen_beside_large_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    speeds = np.tile(np.linspace(0.6, 0.99, 40), 2)
+    sizes = np.append(0.1 + 0.01 * speeds[:40], 0.2 / (1.0 - speeds[40:]))
+    found = _seen(monkeypatch, speeds, sizes)
+    assert found["log"]
+    assert found["y"][0] < 0.11 < found["y"][1]
+
+
+def _seen(patch: pytest.MonkeyPatch, speeds: Any, sizes: Any) -> dict[str, Any]:
+    """Limits of the amplitude figure around some cycles; the spring's own size is one degree."""
+    from types import SimpleNamespace
+
+    from aeroflutter.report import content
+
+    points = [
+        {"speed": u, "amplitude_deg": a}
+        for u, a in zip(speeds.tolist(), sizes.tolist(), strict=True)
+    ]
+    patch.setattr(content, "_results", lambda _: {"exact": points})
+    patch.setattr(content, "fields_of", lambda result: {"branch": result})
+    spring = SimpleNamespace(scale=np.radians(1.0))
+    analyses: Any = SimpleNamespace(unit=1.0, flutter=1.0, case=SimpleNamespace(spring=spring))
+    return content._view(analyses)
+
+
 @pytest.mark.parametrize("ratio", [0.05, 0.3, 0.95])
 def test_thinned_traces_keep_their_extremes(ratio: float) -> None:
     """At low speed the motion turns many times in a period of flutter."""
