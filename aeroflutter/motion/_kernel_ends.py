@@ -337,7 +337,7 @@ def finish(
     past.memo[PHASE] = FRESH
 
 
-@kernel(entry=True, patience=4.0, bare=True)
+@kernel(entry=True, patience=5.0, bare=True)
 def settle(
     system: System,
     motion: Motion,
