@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ from aeroflutter.model.lure import FixedFamily, LureFamily, SampledFamily, Secti
 from aeroflutter.model.section import TypicalSection
 from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
+from aeroflutter.orbits.continuation import State
 from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
+from aeroflutter.orbits.cycles.leg import Leg, _change
 from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring
 
 CHUNG = 6.2851  # U*_L as Chung, He & Lee 2009 round it; their speeds are multiples of it
@@ -453,3 +457,20 @@ def test_only_a_complex_pair_on_the_unit_circle_is_neimark_sacker(run: str, tori
     for cycle in events:
         complex_pair = cycle.multipliers[np.abs(cycle.multipliers.imag) > 1e-3]
         assert np.sum(np.abs(np.abs(complex_pair) - 1) < 1e-7) == 2
+
+
+def test_a_corner_between_whose_sides_newton_never_comes_ends_the_search_for_it() -> None:
+    """What it finds between two states jumps by round-off about one of them."""
+    count = [0]
+
+    def between(state: State, beyond: State, fraction: float) -> State:
+        count[0] += 1
+        assert count[0] < 100
+        return State(np.array([0.0, 1e-9 * (count[0] % 2 + 1)]), np.zeros(2), 0.0)
+
+    walk = SimpleNamespace(between=between, scale=np.ones(2))
+    leg = cast(Leg, SimpleNamespace(switches=lambda x: ((int(x[0] > 0.5),),), walk=walk))
+    ends = State(np.zeros(2), np.zeros(2), 0.0), State(np.ones(2), np.zeros(2), 1.0)
+    before, after = _change(leg, *ends)
+    assert count[0] > 20
+    assert (before.x[0], after.x[0]) == (0.0, 1.0)

@@ -28,6 +28,7 @@ from aeroflutter.motion._kernel_roots import (
     NONE,
     REVERSAL,
     SPACE,
+    WIDTH,
     Y,
     event,
     extent,
@@ -304,6 +305,7 @@ def march(
     seeks_turns = stop == AT_TURN or turns.shape[0] > 0
     now, trend, t = memo[NOW], memo[TREND], motion.clock[0]
     status, taken, behind = DONE, 0, 0
+    lone = system.flow.shape[1] == WIDTH + 1  # there are no tables of several steps
     while t < end:
         if (
             (steps.shape[0] > 0 and memo[STEPS] >= steps.shape[0])
@@ -387,7 +389,7 @@ def march(
                 for j in range(width):
                     motion.since[0, j] = xs[now, j]
             behind += 1
-        if s < 1.0 or kind != NONE:
+        if s < 1.0 or kind != NONE or lone:
             catch_up(system, motion, p, behind)
             behind = 0
         if s < 1.0:

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from aeroflutter.guarantees.absence.certificate import Loop, Static
 from aeroflutter.guarantees.absence.law import law_of, slopes_of
-from aeroflutter.guarantees.absence.program import minimum
 from aeroflutter.guarantees.absence.search import tops
 from aeroflutter.model.system import System
 from aeroflutter.springs import Spring
@@ -238,6 +237,8 @@ class _Program:
     def __init__(
         self, problem: _Problem, rows: NDArray[np.intp], zeta: Complex, times: list[Real]
     ) -> None:
+        from scipy.optimize import linprog
+
         m, weights = problem.m, problem.weights
         assert weights is not None
         self.problem, self.times, self.rows, self.zeta = problem, times, rows, zeta
@@ -254,22 +255,25 @@ class _Program:
             part = slice(self.starts[i], self.starts[i + 1])
             limits[2 * k, part], limits[2 * k, 0] = problem.cost[k] / weights[i], -1.0
             limits[2 * k + 1, part], limits[2 * k + 1, 1 + i] = 1.0, -problem.reach / _BEYOND
-        solved = minimum(
+        answer = linprog(
             np.r_[1.0, np.full(self.starts[-1] - 1, _FREE), _MISSED],
             np.vstack((table, limits)),
             np.r_[-(along.imag / problem.omega[rows][:, None]) @ weights, np.zeros(len(limits))],
+            bounds=(0.0, None),
+            method="highs-ds",
         )
-        self.x = None if solved is None else solved.x
+        self.x = answer.x if answer.status == 0 else None
         self.missed = 0.0
-        if solved is not None:
-            self.missed = float(solved.x[-1])
-            self.dual = solved.worth[: rows.size]
+        if self.x is not None:
+            self.missed = float(self.x[-1])
+            worth = -answer.ineqlin.marginals
+            self.dual = worth[: rows.size]
             self.budget = (
                 _FREE
-                + solved.worth[rows.size :]
+                + worth[rows.size :]
                 @ np.array([limits[:, self.starts[i]] for i in range(m)]).reshape(m, -1).T
             )
-            self.tight = np.argsort(solved.slack[: rows.size])[:_KEPT]
+            self.tight = np.argsort(answer.ineqlin.residual[: rows.size])[:_KEPT]
 
     def found(self) -> _Mean:
         """The multiplier of the solution."""

@@ -41,6 +41,7 @@ STALLED = "Newton's method fails at any step"
 _PERIOD, _SPEED = 0.3, 0.3  # sizes of ln T and of U/U_ref in the arclength
 _SLOPE = 0.3  # a start is flat below this fraction of a sinusoid's steepest slope
 _LOCATE = 1e-11  # U/U_ref to which a change of sequence is located
+_HALVED = 1e-14  # of the step: at a corner Newton's method may not come between its sides
 _TOGETHER = 1e-8  # U/U_ref within which changes of sequence are one
 _CHANGES = 12  # changes of sequence within one step
 _SMALLEST = 1e-9  # step
@@ -214,7 +215,7 @@ def _change(leg: Leg, state: State, beyond: State) -> tuple[State, State]:
     found at the first attempt.
     """
     here, left = leg.switches(state.x), 1.0
-    while left > 1e-7 or abs(beyond.x[-1] - state.x[-1]) > _LOCATE:
+    while left > 1e-7 or (left > _HALVED and abs(beyond.x[-1] - state.x[-1]) > _LOCATE):
         try:
             between = leg.walk.between(state, _next_to(leg, beyond, state), 0.5)
         except ConvergenceError:  # two switches coincide to round-off just there
