@@ -21,7 +21,7 @@ from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.continuation import State
 from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
 from aeroflutter.orbits.cycles.leg import Leg, _change
-from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Linear, Spring
+from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, Linear, Spring
 
 CHUNG = 6.2851  # U*_L as Chung, He & Lee 2009 round it; their speeds are multiples of it
 PLAIN = CycleOptions(simulations=0, depth=0)
@@ -423,16 +423,7 @@ def test_no_cycle_is_said_and_no_error() -> None:
     assert "no limit cycle" in limit_cycles(section(), Hysteresis(1.0, 0.2), below).notes[-1]
 
 
-class OwnLaw(Cubic):
-    """A law of which nothing but its values is known."""
-
-    def polynomial(self) -> None:
-        return None
-
-
 def test_what_cannot_be_done_is_refused() -> None:
-    with pytest.raises(InputError, match="aeroflutter hb"):
-        limit_cycles(section(), OwnLaw())
     with pytest.raises(InputError, match="cycles_at"):
         limit_cycles(FixedFamily(section().at(3.9)), Freeplay(1.0))
     with pytest.raises(InputError, match="speed: must lie between"):

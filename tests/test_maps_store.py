@@ -148,6 +148,25 @@ def test_a_run_cut_short_goes_on_where_it_was(tmp_path: Path) -> None:
     assert complete(again) == expected()
 
 
+def test_ctrl_c_within_a_write_waits_until_its_end(tmp_path: Path) -> None:
+    """Amid zarr's own threads it could leave a lock behind, and the run would hang for ever."""
+    store = Store.create(tmp_path / "a.zarr", Toy())
+    arrays = {"state": np.zeros((2, 2000), dtype=np.int8), "noise": np.zeros((2, 2000))}
+    task = Toy().tasks("cells", store)[1]
+    safe = store._make_safe
+
+    def interrupted(*names: Any) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        safe(*names)
+
+    store._make_safe = interrupted  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        store.write(Outcome(task, arrays, 0.0, None))
+    assert store.done("cells").tolist() == [False, True, False, False, False, False]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    store.close()
+
+
 def _stop_after(blocks: int):
     seen = []
 

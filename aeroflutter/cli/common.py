@@ -240,7 +240,7 @@ class Output:
         for option, path, make, write in targets:
             if path is None or make is None:
                 continue
-            earlier = path.exists()
+            earlier = option == "--out" and path.exists()
             try:
                 with self._wide():
                     write(path, make, command)

@@ -13,10 +13,13 @@ import fcntl
 import json
 import os
 import re
+import signal
+import threading
 import time
 import uuid
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from aeroflutter.errors import AeroflutterError, InputError
@@ -224,12 +227,30 @@ def synced(paths: Iterable[Path]) -> None:
 
 @contextlib.contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Say plainly what stopped a write."""
+    """Say plainly what stopped a write; Ctrl-C waits until its end."""
     try:
-        yield
+        with _unbroken():
+            yield
     except StoreFull:
         raise
     except OSError as error:
         if error.errno in FULL:
             raise StoreFull(error.errno, f"{path}: no room to write: {error.strerror}") from error
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
+def _unbroken() -> Iterator[None]:
+    """Hold Ctrl-C back: amid threads of zarr it can leave a lock that none gives back."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    came: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda *one: came.append(one))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if came:
+            before(*came[0])
