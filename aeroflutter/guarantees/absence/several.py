@@ -255,7 +255,7 @@ class _Program:
             part = slice(self.starts[i], self.starts[i + 1])
             limits[2 * k, part], limits[2 * k, 0] = problem.cost[k] / weights[i], -1.0
             limits[2 * k + 1, part], limits[2 * k + 1, 1 + i] = 1.0, -problem.reach / _BEYOND
-        answer = linprog(
+        answer = linprog(  # not by the dual (`program`): near the edge that loses multipliers
             np.r_[1.0, np.full(self.starts[-1] - 1, _FREE), _MISSED],
             np.vstack((table, limits)),
             np.r_[-(along.imag / problem.omega[rows][:, None]) @ weights, np.zeros(len(limits))],
