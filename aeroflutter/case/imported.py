@@ -96,7 +96,8 @@ def _files(given: Any, folder: Path) -> list[Path]:
 
 
 def _built(values: Mapping[str, Any], files: Sequence[Path]) -> Imported:
-    from aeroflutter.model.elsewhere.readers import modal_model, state_space
+    from aeroflutter.model.elsewhere.read_modes import modal_model
+    from aeroflutter.model.elsewhere.read_states import state_space
     from aeroflutter.model.elsewhere.variables import read_variables
 
     try:

@@ -229,7 +229,7 @@ def _show_cycles(cycles: Sequence[Cycle], scale: Scale | None) -> None:
     ]
     for row in rows:
         row["bias_deg"] = round(row["bias_deg"], 9) + 0.0
-        if not math.isfinite(row["speed_ratio"]):
+        if scale is None and not math.isfinite(row["speed_ratio"]):
             row["speed_ratio"] = row["speed"]
     names = "speed_ratio amplitude first_harmonic bias period stable"
     show_fields(f"{names} k" if scale else names, rows, "largest multiplier")

@@ -117,7 +117,8 @@ def _print(case: Case, result: Onset, scale: Scale | None) -> None:
     facts: dict[str, Any] = flutter_facts(result.flutter_speed, scale)
     if divergence is not None:
         si = f" ({scale.velocity(divergence):.5g} m/s)" if scale else ""
-        facts["divergence U*"] = f"{divergence:.6g}{si}"
+        name = "U*" if scale is None else scale.speed_name
+        facts[f"divergence {name}"] = f"{divergence:.6g}{si}"
     facts["proved free"] = _proved(result, scale)
     facts["lowest cycle"] = _cycle(result.lowest, scale)
     facts["lowest stable cycle"] = _cycle(result.lowest_stable, scale)

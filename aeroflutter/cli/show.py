@@ -204,9 +204,9 @@ def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> st
 
 def flutter_facts(speed: float | None, scale: Scale | None) -> dict[str, Any]:
     """The linear flutter speed, in m/s as well where there is a scale."""
+    name = f"linear flutter speed {'U*' if scale is None else scale.speed_name}"
     if speed is None or scale is None:
-        return {"linear flutter speed U*": speed}
-    name = f"linear flutter speed {scale.speed_name}"
+        return {name: speed}
     return {name: f"{speed:.6g} ({scale.velocity(speed):.5g} m/s)"}
 
 

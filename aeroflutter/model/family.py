@@ -17,7 +17,8 @@ from aeroflutter.model.system import Real, System
 
 __all__ = ["Family", "FixedModel", "SampledModel", "SectionModel"]
 
-_ROUND_OFF = 1e-9  # by which a speed may lie beyond the samples, relative
+ROUND_OFF = 1e-9
+"""By which a speed may lie beyond the samples, relative."""
 
 Matrices = tuple[Real, Real, Real, Real]
 
@@ -26,7 +27,7 @@ class Family(Protocol):
     """One System a speed. Obligations:
 
     1. ``at(U)`` returns the system at the speed ``U``; the number of states and of outputs, their
-       names and their units never change.
+       names and their units never change, nor does ``C``.
     2. ``stack`` returns ``A`` (…, n, n), ``B`` (…, n, m), ``C`` (…, m, n) and ``d`` (…, n) at
        speeds of any shape.
     3. ``derivative`` returns their derivatives with respect to the speed, of the same shapes.
@@ -289,7 +290,7 @@ class SampledModel:
         """
         low, high = self.search_range
         within = min(max(speed, low), high)
-        if not abs(speed - within) <= _ROUND_OFF * abs(within):  # exp(log(5)) is more than five
+        if not abs(speed - within) <= ROUND_OFF * abs(within):  # exp(log(5)) is more than five
             raise InputError([f"speed: must lie between {low:g} and {high:g}, got {speed!r}"])
         return System(*self.stack(within), self.names, self.units, self.state_names)
 

@@ -7,7 +7,7 @@ an output is a pitch angle.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,18 @@ from aeroflutter.errors import InputError
 if TYPE_CHECKING:
     import control
 
-__all__ = ["System", "bordered", "inverse_transfer", "inverse_transfer_gradient", "transfer"]
+__all__ = [
+    "System",
+    "bordered",
+    "inverse_transfer",
+    "inverse_transfer_gradient",
+    "solved",
+    "transfer",
+]
+
+_RADIUS, _AROUND = 1e-3, 8  # of the circle about a singular point, and how many points of it
+_HUGE = 1e12  # of a solution over its right side: no more than round-off tells it from others
+_TINY = 1e-9  # of the largest root of A, below which one is zero
 
 Real = NDArray[np.float64]
 Complex = NDArray[Any]  # of complex numbers
@@ -228,6 +239,21 @@ def bordered(A: Real, B: Real, C: Real, s: Complex) -> Complex:
     return matrix
 
 
+def solved(matrix: Complex, right: Complex) -> Complex:
+    """Solutions of stacked equations, the least where they have many.
+
+    That is so for :func:`bordered` where springs share a coordinate, and at roots of ``A`` that are
+    hidden from the inputs or the outputs.
+    """
+    try:
+        found: Complex = np.asarray(np.linalg.solve(matrix, right))
+        if np.all(np.abs(found) < _HUGE * max(float(np.max(np.abs(right))), 1e-300)):
+            return found
+    except np.linalg.LinAlgError:
+        pass
+    return np.asarray(np.linalg.pinv(matrix) @ right)
+
+
 def inverse_transfer(A: Real, B: Real, C: Real, s: ArrayLike) -> Complex:
     """``G(s)^-1`` for stacked systems.
 
@@ -241,14 +267,18 @@ def inverse_transfer(A: Real, B: Real, C: Real, s: ArrayLike) -> Complex:
     Returns
     -------
     array (..., m, m)
-        Solves ``(sI - A) X + B g = 0, C X = I``, so that ``g = -G^-1``; no pole of G interferes.
+        Solves ``(sI - A) X + B g = 0, C X = I``, so that ``g = -G^-1``; no pole of G interferes,
+        nor does a root of ``A`` that is none, hidden from the inputs or from the outputs.
     """
-    n, m = B.shape[-2:]
-    matrix = bordered(A, B, C, np.asarray(s, dtype=complex))
-    unit = np.zeros((*matrix.shape[:-1], m), dtype=complex)
-    unit[..., n:, :] = np.eye(m)
-    result: Complex = -np.linalg.solve(matrix, unit)[..., n:, :]
-    return result
+
+    def value(at: Complex) -> Complex:
+        n, m = B.shape[-2:]
+        matrix = bordered(A, B, C, at)
+        unit = np.zeros((*matrix.shape[:-1], m), dtype=complex)
+        unit[..., n:, :] = np.eye(m)
+        return np.asarray(-np.linalg.solve(matrix, unit)[..., n:, :])
+
+    return _there_or_around(value, A, s, _shape(A, B, s))
 
 
 def inverse_transfer_gradient(
@@ -268,10 +298,44 @@ def inverse_transfer_gradient(
     -------
     value, d_ds, d_dU : arrays (..., m, m)
     """
-    n = B.shape[-2]
-    inverse = np.linalg.inv(bordered(A, B, C, np.asarray(s, dtype=complex)))
-    columns, rows = inverse[..., :, n:], inverse[..., n:, :]
-    d_ds = rows[..., :n] @ columns[..., :n, :]
-    forcing = dB @ columns[..., n:, :] - dA @ columns[..., :n, :]
-    d_dU = rows[..., :n] @ forcing + rows[..., n:] @ dC @ columns[..., :n, :]
-    return -columns[..., n:, :], d_ds, d_dU
+
+    def value(at: Complex) -> Complex:
+        n = B.shape[-2]
+        inverse = np.linalg.inv(bordered(A, B, C, at))
+        columns, rows = inverse[..., :, n:], inverse[..., n:, :]
+        d_ds = rows[..., :n] @ columns[..., :n, :]
+        forcing = dB @ columns[..., n:, :] - dA @ columns[..., :n, :]
+        d_dU = rows[..., :n] @ forcing + rows[..., n:] @ dC @ columns[..., :n, :]
+        return np.array([-columns[..., n:, :], d_ds, d_dU])
+
+    found = _there_or_around(value, A, s, (3, *_shape(A, B, s)))
+    return found[0], found[1], found[2]
+
+
+def _shape(A: Real, B: Real, s: ArrayLike) -> tuple[int, ...]:
+    m = B.shape[-1]
+    return (*np.broadcast_shapes(A.shape[:-2], np.shape(s)), m, m)
+
+
+def _there_or_around(
+    value: Callable[[Complex], Complex], A: Real, s: ArrayLike, shape: tuple[int, ...]
+) -> Complex:
+    """A function at ``s``, or its mean over a small circle about it where its equations fail.
+
+    At a root of ``A`` that is hidden from the inputs or the outputs ``1/G`` is analytic, but the
+    equations that give it are singular. NaN where they are so all around.
+    """
+    at = np.asarray(s, dtype=complex)
+    try:
+        return value(at)
+    except np.linalg.LinAlgError:
+        pass
+    roots = np.sort(np.abs(np.linalg.eigvals(A)), axis=-1)
+    least = np.where(roots > _TINY * roots[..., -1:], roots, np.inf).min(axis=-1)
+    size = np.where(np.abs(at) > 0.0, np.abs(at), np.where(np.isfinite(least), least, 1.0))
+    turns = np.exp(2j * np.pi * (np.arange(_AROUND) + 0.5) / _AROUND)
+    around = [at + _RADIUS * size * turn for turn in turns]
+    try:
+        return np.asarray(np.mean([value(one) for one in around], axis=0))
+    except np.linalg.LinAlgError:
+        return np.full(shape, np.nan + 0j)

@@ -86,7 +86,8 @@ class Spectra(NamedTuple):
         scale = np.array([balance(one) for one in matrices]).reshape(matrices.shape[:2])
         inverse = _inverses(vectors)
         sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, :, None]) ** 2, axis=1))
-        scaled = np.abs(sizes[:, :, None] * inverse * scale[:, None, :]) ** 2
+        with np.errstate(over="ignore"):  # a basis that is none is not trusted
+            scaled = np.abs(sizes[:, :, None] * inverse * scale[:, None, :]) ** 2
         condition = np.sqrt(n * np.sum(scaled, axis=(1, 2)))  # Frobenius: unit columns
         small = ZERO * np.max(np.abs(values), axis=1)
         return cls(matrices, values, vectors, inverse, small, scale, condition < BASIS)

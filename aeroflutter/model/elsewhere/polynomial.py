@@ -20,13 +20,14 @@ Variable = Literal["V", "1/V"]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PolynomialModel:
-    """``A(V) = Σ A_i v^i`` and likewise ``B`` and ``C``, with ``v = V`` or ``v = 1/V``.
+    """``A(V) = Σ A_i v^i`` and likewise ``B``, with ``v = V`` or ``v = 1/V``.
 
     Parameters
     ----------
     A : array (p+1, n, n)
     B : array (q+1, n, m)
-    C : array (r+1, m, n), or (m, n) where it does not depend on speed
+    C : array (m, n)
+        The same at every speed; also (r+1, m, n), all but the first zero.
     variable : str
         ``"V"`` or ``"1/V"``.
     search_range : tuple of float
@@ -68,6 +69,10 @@ class PolynomialModel:
         if any(value.ndim != 3 or not len(value) for value in (self.A, self.B, self.C)):
             shapes = ", ".join(str(value.shape) for value in (self.A, self.B, self.C))
             problems.append(f"A, B, C: need one matrix a power of the speed, got shapes {shapes}")
+        elif np.any(self.C[1:]):
+            problems.append(
+                "C: must not depend on the speed; give the matrices at several speeds instead"
+            )
         if problems:
             raise InputError(problems)
         system = System(*self.stack(low), self.names, self.units, self.state_names)

@@ -8,59 +8,18 @@ unit slope, is brought to its modes; modes are matched from one speed to the nex
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
-from aeroflutter.model.elsewhere.sampled import SplinedModel
-from aeroflutter.model.section import Scale
 from aeroflutter.model.system import Complex, Real
 
-__all__ = ["same_states", "sampled", "tracked"]
+__all__ = ["outputs_first", "same_states", "tracked"]
 
 _SMOOTH = 0.5  # of what a step of entries may be from the neighbours' straight line
 _APART = 1e-7  # poles nearer than that share modes
-
-
-def sampled(
-    speeds: Sequence[float],
-    A: Real,
-    B: Real,
-    C: Real,
-    scale: Scale | None = None,
-    *,
-    same: bool | None = None,
-    **names: Any,
-) -> tuple[SplinedModel, tuple[str, ...]]:
-    """A family through state spaces at several speeds, and what is to be said of it.
-
-    Parameters
-    ----------
-    speeds : sequence of float
-        Strictly increasing, at least two.
-    A : array (k, n, n)
-    B : array (k, n, m)
-    C : array (k, m, n)
-    scale : Scale, optional
-    same : bool, optional
-        Whether all speeds have the same states; found out by default.
-    names : tuples of str
-        As of a :class:`~aeroflutter.model.system.System`.
-
-    Raises
-    ------
-    InputError
-        If states differ and their modes cannot be followed.
-    """
-    if same_states(A, B, C) if same is None else same:
-        return SplinedModel(speeds, A, B, C, scale=scale, **names), ()
-    A, B, C = tracked(np.asarray(speeds), A, B, C)
-    names.pop("state_names", None)
-    note = "the states differ from speed to speed: modes were followed, and are what is splined"
-    return SplinedModel(speeds, A, B, C, scale=scale, **names), (note,)
+_SKEW = 1e6  # condition of states of which the outputs are the first
+_HIDDEN = 1e-10  # of the largest residue: what round-off leaves of a mode that is not in the loop
 
 
 def same_states(A: Real, B: Real, C: Real) -> bool:
@@ -108,31 +67,84 @@ def tracked(speeds: Real, A: Real, B: Real, C: Real) -> tuple[Real, Real, Real]:
                  "states"]
             )  # fmt: skip
         order.append(match)
-    forms = [
-        _real_form(p[o], b[o], c[:, o])
-        for p, b, c, o in zip(poles, left, right, order, strict=True)
-    ]
-    form, inputs, outputs = (np.array(part) for part in zip(*forms, strict=True))
-    return form + inputs @ outputs, inputs, outputs
+    P = np.array([one[o] for one, o in zip(poles, order, strict=True)])
+    drives = np.array([one[o] for one, o in zip(left, order, strict=True)])
+    outputs = np.array([one[:, o] for one, o in zip(right, order, strict=True)])
+    parts = np.linalg.norm(drives, axis=2) * np.linalg.norm(outputs, axis=1)
+    hidden = np.all(parts <= _HIDDEN * parts.max(axis=1, keepdims=True), axis=0)
+    drives[:, hidden], outputs[:, :, hidden] = 0.0, 0.0
+    for mode in np.flatnonzero(~hidden):
+        factor = _gauge(drives[:, mode], outputs[:, :, mode])
+        drives[:, mode] /= factor[:, None]
+        outputs[:, :, mode] *= factor[:, None]
+    forms = [_real_form(*one) for one in zip(P, drives, outputs, strict=True)]
+    form, inputs, rows = (np.array(part) for part in zip(*forms, strict=True))
+    return form + inputs @ rows, inputs, rows
+
+
+def outputs_first(A: Real, B: Real, C: Real) -> tuple[Real, Real, Real]:
+    """The same systems in states whose first are the outputs, so that ``C`` is one at all speeds.
+
+    Parameters
+    ----------
+    A : array (k, n, n)
+    B : array (k, n, m)
+    C : array (k, m, n)
+
+    Raises
+    ------
+    InputError
+        Where outputs depend on one another, or turn too far from speed to speed.
+
+    Notes
+    -----
+    With ``T = [C; N]``, the rows of ``N`` orthogonal to the mean of ``C``, and ``T x`` for ``x``.
+    """
+    m = C.shape[1]
+    size = np.sqrt(np.mean(np.sum(C**2, axis=2), axis=0))[:, None]
+    rest = np.linalg.svd(np.mean(C / size, axis=0))[2][m:]
+    T = np.concatenate([C / size, np.broadcast_to(rest, (len(C), *rest.shape))], axis=1)
+    if m > C.shape[2] or np.linalg.cond(T).max() > _SKEW:
+        raise InputError(
+            ["C: differs from speed to speed, and its rows depend on one another or turn too far; "
+             "give all speeds in states in which C is the same"]
+        )  # fmt: skip
+    back = np.linalg.inv(T)
+    rows = np.zeros((m, C.shape[2]))
+    rows[:, :m] = np.diag(size[:, 0])
+    return T @ A @ back, T @ B, np.broadcast_to(rows, C.shape)
 
 
 def _modes(A: Real, B: Real, C: Real) -> tuple[Complex, Complex, Complex]:
-    """Poles (h,) of the upper half plane and the real axis, rows of B (h, m), columns of C (m, h).
-
-    Each mode is as large in what drives it as in what it drives, and the largest of its outputs is
-    real and positive, so that its numbers depend on the transfer function alone.
-    """
+    """Poles (h,) not below the real axis, with rows of B (h, m) and columns of C (m, h)."""
     poles, vectors = np.linalg.eig(A)
     drives, outputs = np.linalg.solve(vectors, B.astype(complex)), C @ vectors
     upper = poles.imag > -_APART * np.abs(poles).max()
     upper &= ~((poles.imag < 0) & (np.abs(poles.imag) <= _APART * np.abs(poles)))
     poles, drives, outputs = poles[upper], drives[upper], outputs[:, upper]
-    sizes = np.linalg.norm(drives, axis=1), np.linalg.norm(outputs, axis=0)
-    ratio = np.sqrt(np.where(sizes[0] > 0, sizes[0], 1.0) / np.where(sizes[1] > 0, sizes[1], 1.0))
-    largest = outputs[np.argmax(np.abs(outputs), axis=0), np.arange(len(poles))]
-    turn = np.where(np.abs(largest) > 0, largest / np.where(largest == 0, 1.0, np.abs(largest)), 1)
-    factor = ratio / turn
-    return poles, drives / factor[:, None], outputs * factor
+    return poles, drives, outputs
+
+
+def _gauge(drives: Complex, outputs: Complex) -> Complex:
+    """By what to multiply the outputs of a mode and divide its drives at every speed, (k,).
+
+    Only their product is a matter of the system. The entry that is furthest from zero at all
+    speeds is made one number at all of them, and the others are then as smooth as the product.
+
+    Parameters
+    ----------
+    drives, outputs : array (k, m)
+    """
+    sizes = [np.linalg.norm(one, axis=1, keepdims=True) for one in (drives, outputs)]
+    parts = np.hstack(
+        [np.abs(one) / np.where(size > 0, size, 1.0)
+         for one, size in zip((drives, outputs), sizes, strict=True)]
+    )  # fmt: skip
+    best = int(np.argmax(parts.min(axis=0)))
+    entry = np.hstack([drives, outputs])[:, best]
+    level = float(np.sqrt(np.mean(sizes[0] * sizes[1])))  # as large in what drives as in what shows
+    entry = np.where(entry == 0, level, entry)
+    return np.asarray(entry / level if best < drives.shape[1] else level / entry)
 
 
 def _separate(poles: Complex) -> bool:

@@ -76,10 +76,10 @@ def read_variables(path: str | Path) -> dict[str, Any]:
 def _npz(file: Path) -> dict[str, Any]:
     if not zipfile.is_zipfile(file):
         raise InputError([f"{file.name}: is no npz file; write it with numpy.savez"])
-    return _stored(file)
+    return _stored(io.BytesIO(file.read_bytes()))  # NumPy leaves a damaged file open
 
 
-def _stored(source: Path | BinaryIO) -> dict[str, Any]:
+def _stored(source: BinaryIO) -> dict[str, Any]:
     with np.load(source, allow_pickle=False) as stored:
         return {name: _plain(stored[name]) for name in stored.files}
 

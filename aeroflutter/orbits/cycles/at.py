@@ -84,7 +84,7 @@ def cycles_at(
     [(0.559484, False), (1.283152, True)]
     """
     options = options or CycleOptions()
-    fixed = isinstance(family, FixedFamily | FixedModel)
+    fixed, asked = isinstance(family, FixedFamily | FixedModel), speed
     if isinstance(family, FixedFamily | FixedModel):
         family, speed = _GainFamily(as_system(family.system)), 1.0
     low, high = family.search_range
@@ -98,6 +98,12 @@ def cycles_at(
     search.options = replace(options, speed_ratio_range=span, largest=max(options.largest, _FAR))
     search.run(speed)
     found = search.result()
+    if fixed:  # what is a speed of the search is a gain, of which nobody has asked
+        own = tuple(
+            replace(cycle, speed=asked, speed_ratio=float("nan")) for cycle in search.at(speed)
+        )
+        branch = replace(found, onset=None, stable_onset=None)
+        return CyclesAt(speed=asked, speed_ratio=float("nan"), cycles=own, branch=branch)
     return CyclesAt(
         speed=speed,
         speed_ratio=speed / search.frame.flutter if search.frame.flutter else float("nan"),

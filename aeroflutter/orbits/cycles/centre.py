@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.model.lure import AnyFamily, as_family, as_lure, static_stiffness
-from aeroflutter.model.system import inverse_transfer
+from aeroflutter.model.system import inverse_transfer, solved
 from aeroflutter.springs import (
     Bilinear,
     Freeplay,
@@ -69,7 +69,7 @@ def static_state(family: AnyFamily, speed: float, pitch: ArrayLike) -> Array:
     right = np.concatenate((d, np.broadcast_to(np.asarray(pitch, dtype=float), (m,))))
     if m > 1 and len(np.unique(C, axis=0)) < m:  # springs that share a coordinate share its moment
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=None)[0][:n])
-    return np.asarray(np.linalg.solve(matrix, right)[:n])
+    return np.asarray(solved(matrix, right[:, None])[:n, 0])
 
 
 def centre(family: AnyFamily, spring: Springs) -> Centre:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
+from aeroflutter.model.system import solved
 from aeroflutter.motion._kernel_ends import Cycles
 from aeroflutter.motion.endstates import EndOptions, EndStates, end_state, end_states
 from aeroflutter.motion.flow import Flow
@@ -86,7 +87,7 @@ def point_of(loop: Loop, Y: Complex, omega: float, speed: float) -> Array:
     matrix[:, :n, n:], matrix[:, n:, :n] = B, C
     right: Complex = np.zeros((ks.size, n + m, 1), dtype=np.complex128)
     right[0, :n, 0], right[:, n:, 0] = d, Y.T
-    motion = _solved(matrix, right)[..., 0]
+    motion = solved(matrix, right)[..., 0]
     theta = 2 * np.pi * np.arange(_WAVE) / _WAVE
     wave = np.exp(1j * np.outer(theta, ks))
     y = (wave @ Y.T).real
@@ -103,17 +104,6 @@ def point_of(loop: Loop, Y: Complex, omega: float, speed: float) -> Array:
         return np.append(here[:n], held) if loop.memory else here[:n]
     held = [respond(loop.springs[i], np.tile(y[:, i], 2))[1][_WAVE + at] for i in loop.held]
     return np.append(here[:n], held)
-
-
-def _solved(matrix: Complex, right: Complex) -> Complex:
-    """Solutions where there is one, the least where springs share a coordinate."""
-    try:
-        found: Complex = np.asarray(np.linalg.solve(matrix, right), dtype=np.complex128)
-        if np.all(np.abs(found) < 1e12 * max(float(np.max(np.abs(right))), 1e-300)):
-            return found
-    except np.linalg.LinAlgError:
-        pass
-    return np.asarray(np.linalg.pinv(matrix) @ right)
 
 
 def starts(frame: Frame, speed: float, count: int, rng: np.random.Generator) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.model.family import Family
+from aeroflutter.model.system import solved
 from aeroflutter.motion.swings import Swing, extremes, rows_of, swings_of
 from aeroflutter.orbits.result import Cycle
 
@@ -33,9 +34,9 @@ def states_of(family: Family, cycle: Cycle) -> Complex:
     right[0, :n, 0] = d
     right[:, n:, 0] = Y.T
     shared = len(np.unique(C, axis=0)) < m
-    if shared:  # of F that do the same the least is as good as any other
-        return np.asarray((np.linalg.pinv(matrix) @ right)[:, :n, 0].T)
-    return np.asarray(np.linalg.solve(matrix, right)[:, :n, 0].T)
+    # of F that do the same the least is as good as any other
+    found = np.linalg.pinv(matrix) @ right if shared else solved(matrix, right)
+    return np.asarray(found[:, :n, 0].T)
 
 
 def harmonic_swings(family: Family, cycle: Cycle) -> tuple[tuple[Swing, ...], tuple[Swing, ...]]:
