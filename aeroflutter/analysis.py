@@ -16,7 +16,7 @@ from typing import Any, ClassVar, Self, TypeVar
 import numpy as np
 
 from aeroflutter import _later
-from aeroflutter.errors import InputError
+from aeroflutter.errors import ConvergenceError, InputError
 
 __all__ = ["SPEEDS", "Result", "Results", "analysis"]
 
@@ -218,7 +218,14 @@ def analysis(*, spring: bool = True, speed: str = "", relative: bool = False) ->
                 keywords[speed] = (
                     value / speed_of(found, case, None, "speed_ratio", 1.0) if relative else value
                 )
-            return bound(function(found, *args, **keywords), {"case": case})
+            try:
+                result = function(found, *args, **keywords)
+            except np.linalg.LinAlgError as error:
+                raise ConvergenceError(
+                    f"{function.__name__}: {str(error).lower()}; some number of the case is too "
+                    "far from the others to compute with"
+                ) from error
+            return bound(result, {"case": case})
 
         names = inspect.signature(function).parameters
         return entered  # type: ignore[return-value]

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import os
+import re
+import time
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from aeroflutter.errors import InputError
 from aeroflutter.limits import limit
+
+ABANDONED = 3600.0  # seconds after which half a file, or half a store, is nobody's any more
+
+_PART = re.compile(r"\.aeroflutter-[0-9a-f]{32}\.part(\.\w+)?")
 
 
 def read_bytes(path: Path, label: str) -> bytes:
@@ -39,12 +45,33 @@ def read_bytes(path: Path, label: str) -> bytes:
     return data
 
 
+def _clear(folder: Path) -> None:
+    """Delete what runs left that were killed as they wrote, an hour later."""
+    with suppress(OSError):
+        for left in folder.glob(".aeroflutter-*.part*"):
+            mine = _PART.fullmatch(left.name) is not None and left.is_file()
+            if mine and time.time() - left.lstat().st_mtime > ABANDONED:
+                left.unlink(missing_ok=True)
+
+
+def synced(paths: Iterable[Path]) -> None:
+    """Have files, and entries of folders, reach the disk itself; what is not there is left out."""
+    for path in paths:
+        with suppress(FileNotFoundError):
+            descriptor = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A temporary path beside `path` to write to; it takes the place of `path` on success.
 
-    A reader never sees half a file, and a run that fails leaves an older file alone. The
-    temporary name keeps the suffix, since writers choose their format by it.
+    A reader never sees half a file, and a run that fails leaves an older file alone; nor does a
+    loss of power, since what is written is on the disk before it has the name. The temporary name
+    keeps the suffix, since writers choose their format by it.
 
     Raises
     ------
@@ -52,9 +79,13 @@ def replacing(path: Path) -> Iterator[Path]:
         If the file cannot be written; the message names it and says why.
     """
     part = path.with_name(f".aeroflutter-{uuid.uuid4().hex}.part{path.suffix}")
+    _clear(path.parent)
     try:
         yield part
+        synced([part])
         os.replace(part, path)
+        with suppress(OSError):  # a folder that may be written to and not read
+            synced([path.parent])
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:

@@ -1,7 +1,10 @@
-"""Case files gone wrong in every way a file can: a strategy for the loader's tests."""
+"""Case files gone wrong in every way a file can, and what files of models may hold instead."""
 
+import io
 from collections.abc import Callable
 
+import numpy as np
+import scipy.io
 from hypothesis import strategies as st
 
 from aeroflutter.case.source import builtin_names, read_case
@@ -91,3 +94,32 @@ mangled_bytes = st.one_of(
     ),
     st.binary(max_size=200),
 )
+
+RNG = np.random.default_rng(11)
+A = RNG.normal(size=(3, 4, 4)) - 3 * np.eye(4)
+STATE_SPACE = {
+    "speeds": np.array([10.0, 20.0, 30.0]), "A": A, "B": RNG.normal(size=(3, 4, 1)),
+    "C": np.eye(4)[:1], "names": np.array(["tail"]), "time_unit": np.array("s"),
+}  # fmt: skip
+K = np.array([0.0, 0.2, 0.5, 1.0])
+MODAL = {
+    "M": np.eye(2), "K": np.diag([3.0, 9.0]), "k": K, "semichord": 0.5, "density": 1.2,
+    "Q": (0.1 + 0.2j * K)[:, None, None] * RNG.normal(size=(2, 2)),
+}  # fmt: skip
+NASTY_ARRAYS = [
+    np.nan, np.inf, 0, -1, 1e308, 1e-308, 1j, "text", [], [[]], [1.0, np.nan], np.zeros((2, 2)),
+    np.ones((4, 4, 4)), np.eye(3), np.array(["a", "b"]), True, np.ones(3, dtype=complex) * 1j,
+    np.arange(24.0).reshape(2, 3, 4), np.array(b"bytes"), np.float32(3), 10**9, -K, K[::-1],
+]  # fmt: skip
+
+
+def npz(given):
+    stream = io.BytesIO()
+    np.savez(stream, **given)
+    return stream.getvalue()
+
+
+def mat(given):
+    stream = io.BytesIO()
+    scipy.io.savemat(stream, given)
+    return stream.getvalue()

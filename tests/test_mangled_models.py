@@ -1,44 +1,12 @@
 """Files of models gone wrong in every way: a case, or lines that say why, and no traceback."""
 
-import io
-
 import bah
-import numpy as np
 import pytest
-import scipy.io
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aeroflutter.cli import main
-
-RNG = np.random.default_rng(11)
-A = RNG.normal(size=(3, 4, 4)) - 3 * np.eye(4)
-STATE_SPACE = {
-    "speeds": np.array([10.0, 20.0, 30.0]), "A": A, "B": RNG.normal(size=(3, 4, 1)),
-    "C": np.eye(4)[:1], "names": np.array(["tail"]), "time_unit": np.array("s"),
-}  # fmt: skip
-K = np.array([0.0, 0.2, 0.5, 1.0])
-MODAL = {
-    "M": np.eye(2), "K": np.diag([3.0, 9.0]), "k": K, "semichord": 0.5, "density": 1.2,
-    "Q": (0.1 + 0.2j * K)[:, None, None] * RNG.normal(size=(2, 2)),
-}  # fmt: skip
-NASTY = [
-    np.nan, np.inf, 0, -1, 1e308, 1e-308, 1j, "text", [], [[]], [1.0, np.nan], np.zeros((2, 2)),
-    np.ones((4, 4, 4)), np.eye(3), np.array(["a", "b"]), True, np.ones(3, dtype=complex) * 1j,
-    np.arange(24.0).reshape(2, 3, 4), np.array(b"bytes"), np.float32(3), 10**9, -K, K[::-1],
-]  # fmt: skip
-
-
-def npz(given):
-    stream = io.BytesIO()
-    np.savez(stream, **given)
-    return stream.getvalue()
-
-
-def mat(given):
-    stream = io.BytesIO()
-    scipy.io.savemat(stream, given)
-    return stream.getvalue()
+from tests.mangled import MODAL, NASTY_ARRAYS, STATE_SPACE, mat, npz
 
 
 def cut_op4():
@@ -65,7 +33,7 @@ def files(draw):
             if draw(st.booleans()):
                 variables.pop(name, None)
             else:
-                variables[name] = draw(st.sampled_from(NASTY))
+                variables[name] = draw(st.sampled_from(NASTY_ARRAYS))
         suffix = draw(st.sampled_from(list(WRITERS)))
         data = WRITERS[suffix](variables)
     data = bytearray(data)

@@ -141,6 +141,11 @@ def _worded(name: str, model: type[schema.Table], detail: ErrorDetails) -> str:
     if detail["type"] in ("greater_than_equal", "less_than_equal"):
         allowed += f" of size up to {schema.LARGEST:g}"
     where = f"{name}.{key}" + "".join(f", value {int(i) + 1}" for i in index)
+    if detail["type"] == "too_small":
+        return (
+            f"{where}: {show(detail['input'])} is too small to compute with; give {allowed}, of "
+            f"size {schema.SMALLEST:g} or more"
+        )
     return f"{where}: must be {allowed}, not {show(detail['input'])}"
 
 

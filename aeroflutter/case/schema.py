@@ -10,13 +10,27 @@ from __future__ import annotations
 from copy import copy
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
 from pydantic.config import JsonDict
+from pydantic_core import PydanticCustomError
 
 LARGEST = 1e12
 """No number of a case may be larger in size: beyond it the matrices overflow sooner or later."""
+SMALLEST = 1e-30
+"""Nor smaller, but for zero: its powers would be zero, although it says that it is not."""
 
-Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+
+def _not_too_small(value: float) -> float:
+    if 0.0 < abs(value) < SMALLEST:
+        raise PydanticCustomError("too_small", "too small")
+    return value
+
+
+Number = Annotated[
+    float,
+    Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False),
+    AfterValidator(_not_too_small),
+]
 
 NUMBER = "a finite number"
 POSITIVE = "a positive number"

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from aeroflutter import __version__
-from aeroflutter.cli.streams import opened, say, silenced
+from aeroflutter.cli.streams import Terminated, opened, say, silenced, terminable
 from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
 from aeroflutter.kernels.notice import noticing
 
@@ -47,7 +47,8 @@ COMMANDS = {
 """Name and line of help of every command; the command is the function NAME of cli/NAME.py,
 with an underscore behind where it is a word of Python's own."""
 
-OK, FAILED, BAD_INPUT, NOT_CONVERGED, FAULT, INTERRUPTED, BROKEN_PIPE = 0, 1, 2, 3, 70, 130, 141
+OK, FAILED, BAD_INPUT, NOT_CONVERGED, FAULT = 0, 1, 2, 3, 70
+INTERRUPTED, BROKEN_PIPE, TERMINATED = 130, 141, 143
 
 _NEGATIVE = re.compile(r"-\.?\d")
 
@@ -78,12 +79,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         Exit code: 0, 2 for bad input, 3 where a method did not converge, 70 for a fault of the
-        program, 130 if interrupted.
+        program, 130 if interrupted, 143 if terminated.
     """
     opened()
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        with noticing():
+        with noticing(), terminable():
             _run(words)
         sys.stdout.flush()
     except InputError as error:
@@ -92,6 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _refuse(NOT_CONVERGED, str(error))
     except AeroflutterError as error:
         return _refuse(FAILED, str(error))
+    except Terminated:
+        return _refuse(TERMINATED, "terminated")
     except KeyboardInterrupt:
         return _refuse(INTERRUPTED, "interrupted")
     except BrokenPipeError:  # the reader has gone, as in `aeroflutter cases | head -1`

@@ -248,7 +248,7 @@ class Output:
                 failed.append(_worded(f"{option} {path}", error))
             else:
                 if not (self.json or failed):
-                    print(f"{'replaced' if earlier else 'written'}: {path}")
+                    say(f"{'replaced' if earlier else 'written'}: {path}")
         if len(failed) > 1 and not isinstance(failed[0], OSError):
             raise AeroflutterError("; ".join(map(str, failed)))
         if failed:
@@ -347,7 +347,7 @@ def _other(path: Path, case: Case, command: str) -> str:
     try:
         with xr.open_dataset(path, engine="netcdf4") as held:
             found = held.attrs
-    except (OSError, ValueError):
+    except FAILURES:  # a damaged file may raise anything
         return "is no file of this program"
     if found.get("command") != command:
         return f"holds a result of {found.get('command') or 'another command'}"

@@ -87,7 +87,8 @@ def _table(files: list[Path], output: Path, changes: list[str]) -> dict[str, Any
     names = [_beside(file, folder) for file in files]
     if "kind" not in said:
         stored = read_variables(files[0])
-        forces = said.get("Q", "Q") in stored or "QHH" in stored
+        name = said.get("Q", "Q")  # of the forces, if it is not they themselves
+        forces = not isinstance(name, str) or name in stored or "QHH" in stored
         if not forces and "A" not in stored:
             held = ", ".join(name for name in stored if name.isprintable())[:120]
             raise InputError(

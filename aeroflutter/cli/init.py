@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from aeroflutter.cli.show import say
 from aeroflutter.errors import InputError
 
 Kind = Literal[
@@ -41,4 +42,4 @@ def init(
         raise InputError(f"{file}: is a directory; name a file in it")
     with replacing(file) as part:
         part.write_text(text, encoding="utf-8")
-    print(f"written: {file}")
+    say(f"written: {file}")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from aeroflutter.cli.common import name_problems
+from aeroflutter.cli.streams import printable
 from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.limits import within
 
@@ -133,7 +134,7 @@ class Keeping:
         if self.resume:
             resumed = Store.resume(self.store, study)
             for line in resumed.mended:
-                print(f"{self.store}: {line}", file=sys.stderr)
+                print(printable(f"{self.store}: {line}"), file=sys.stderr)
             return contextlib.closing(resumed)
         from aeroflutter.results.dataset import VARIABLES, provenance
 
@@ -155,7 +156,7 @@ def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     except (KeyboardInterrupt, AeroflutterError, OSError) as stop:
         if isinstance(results, Store):
             how = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-            print(_how_to_resume(how, results), file=sys.stderr)
+            print(printable(_how_to_resume(how, results)), file=sys.stderr)
         raise
 
 

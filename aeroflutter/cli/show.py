@@ -9,6 +9,8 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from aeroflutter.cli.streams import printable
+
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
 
@@ -42,7 +44,7 @@ def width() -> int | None:
 def say(text: str) -> None:
     """Print a sentence, broken between words where the terminal ends."""
     edge = width()
-    for line in text.split("\n"):
+    for line in printable(text).split("\n"):
         print(line if edge is None else "\n".join(_broken(line, edge)))
 
 
@@ -62,13 +64,14 @@ def show_facts(facts: Mapping[str, Any]) -> None:
     longest = max(map(len, facts), default=0) + 1
     edge = width()
     for label, value in facts.items():
-        line = f"{label + ':':<{longest}} {shown(value)}"
+        text = printable(shown(value))
+        line = f"{label + ':':<{longest}} {text}"
         indent = " " * (longest + 1)
         if edge is None or len(line) <= edge:
             print(line)
             continue
         first = f"{label + ':':<{longest}}".replace(" ", "\0")  # spaces that are no place to break
-        lines = _broken(f"{first} {shown(value)}", edge, indent)
+        lines = _broken(f"{first} {text}", edge, indent)
         print("\n".join(lines).replace("\0", " "))
 
 

@@ -1,12 +1,19 @@
-"""What a command line can count on: three open streams, and text that no terminal obeys."""
+"""What a command line can count on: open streams, text that no terminal obeys, a way to end."""
 
 from __future__ import annotations
 
+import contextlib
 import io
 import os
+import signal
 import sys
+import threading
+from collections.abc import Iterator
 
-__all__ = ["opened", "printable", "say", "silenced"]
+__all__ = ["Terminated", "opened", "printable", "say", "silenced", "terminable"]
+
+
+LONGEST = 800  # characters of a line that somebody is to read
 
 
 def opened() -> None:
@@ -44,8 +51,36 @@ def printable(text: str) -> str:
 
 
 def say(line: str) -> None:
-    """Print a line on stderr, if anyone can hear it."""
+    """Print a line on stderr, one whatever is in it, if anyone can hear it."""
+    text = printable(line).replace("\n", "\\n")
+    if len(text) > LONGEST:  # what was given, repeated; the remedy stands at the end
+        text = f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 :]}"
     try:
-        print(f"aeroflutter: {printable(line)}", file=sys.stderr, flush=True)
+        print(f"aeroflutter: {text}", file=sys.stderr, flush=True)
     except (OSError, ValueError):  # a full disk, a reader that has gone, a closed stream
         silenced(sys.stderr)
+
+
+class Terminated(KeyboardInterrupt):
+    """A request to end, as of a batch system whose time is up: answered as Ctrl-C is."""
+
+
+@contextlib.contextmanager
+def terminable() -> Iterator[None]:
+    """Have SIGTERM raise `Terminated`, so that a command can say how to go on.
+
+    Who has an answer of their own to it, or calls from another thread, keeps it.
+    """
+    alone = threading.current_thread() is threading.main_thread()
+    if not alone or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+
+    def answer(*_: object) -> None:
+        raise Terminated
+
+    signal.signal(signal.SIGTERM, answer)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from aeroflutter.cli.common import CaseName, CaseOptions, Json, print_json, show_facts, shown
+from aeroflutter.cli.common import CaseName, CaseOptions, Json, print_json, say, show_facts, shown
 from aeroflutter.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def validate(
             }
         )
         return
-    print(f"{loaded.source}: ok")
+    say(f"{loaded.source}: ok")
     show_facts(_facts(loaded))
 
 

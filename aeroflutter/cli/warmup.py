@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from aeroflutter.cli.common import Json, print_json
+from aeroflutter.cli.common import Json, print_json, say
 
 
 def warmup(*, json: Json = False) -> None:
@@ -19,10 +19,10 @@ def warmup(*, json: Json = False) -> None:
         return
     count = made.compiled + made.kept
     if not count:
-        print("nothing to compile: NUMBA_DISABLE_JIT is set")
+        say("nothing to compile: NUMBA_DISABLE_JIT is set")
     elif not made.compiled:
-        print(f"all {count} kernels are there already: {made.folder}")
+        say(f"all {count} kernels are there already: {made.folder}")
     else:
-        print(f"{made.compiled} of {count} kernels compiled in {made.seconds:.1f} s")
+        say(f"{made.compiled} of {count} kernels compiled in {made.seconds:.1f} s")
         if made.folder:
-            print(f"kept in {made.folder}")
+            say(f"kept in {made.folder}")

@@ -138,7 +138,11 @@ class _Trace:
         until: float,
     ) -> None:
         self.flow, self.springs, self.options, self.until = flow, springs, options, until
-        spacing = options.dt * (1 + int(until / options.dt) // MOST_SAMPLES)
+        wanted = until / options.dt  # samples; infinite where dt is next to nothing
+        if wanted < np.inf:
+            spacing = options.dt * (1 + int(wanted) // MOST_SAMPLES)
+        else:
+            spacing = until / MOST_SAMPLES
         count = 1 + int(until / spacing * (1.0 + 1e-12)) if options.record else 0
         turns = options.record or options.criteria == "thesis"
         switches = turns or options.progress is not None  # a full log is when progress is told

@@ -185,6 +185,7 @@ def _kept(record: Path, file: Path, identity: str) -> dict[str, Any] | None:
     try:
         kept = json.loads(record.read_text(encoding="utf-8"))
         same = kept["identity"] == identity and kept["file"] == _digest(file)
-        return {"caption": kept["caption"], "facts": kept["facts"]} if same else None
+        whole = isinstance(kept["caption"], str) and isinstance(kept["facts"], dict)
+        return {"caption": kept["caption"], "facts": kept["facts"]} if same and whole else None
     except (OSError, ValueError, KeyError, TypeError):
         return None

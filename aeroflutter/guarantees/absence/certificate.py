@@ -128,22 +128,49 @@ class Certificate:
             if content["format"] != _FORMAT:
                 raise ValueError(content["format"])
             kinds: dict[str, type[Any]] = {"Loop": Loop, "Static": Static}
+            model = {name: _frozen(content["model"][name]) for name in "Abc"}
+            n = len(model["c"])
+            _shaped(model["A"], None, n, n)
+            _shaped(model["b"], None, n)
+            _shaped(model["c"], n)
             return cls(
-                model=Linear(**{name: _frozen(content["model"][name]) for name in "Abc"}),
+                model=Linear(**model),
                 spring=kinds[content["spring_kind"]](
                     **{name: _number(v) for name, v in content["spring"].items()}
                 ),
                 pieces=tuple(
-                    Piece(**{name: _frozen(value) for name, value in piece.items()})
+                    _piece({name: _frozen(value) for name, value in piece.items()})
                     for piece in content["pieces"]
                 ),
             )
-        except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError) as e:
-            raise InputError(f"{path}: holds no certificate of this program ({e!r})") from None
+        except (
+            *(OSError, ValueError, LookupError, TypeError, AttributeError),
+            *(RecursionError, OverflowError),
+        ) as error:
+            why = f"{type(error).__name__}: {error}"[:200]
+            raise InputError(f"{path}: holds no certificate of this program ({why})") from None
 
 
 def _frozen(value: Any) -> Any:
     return tuple(map(_frozen, value)) if isinstance(value, list) else _number(value)
+
+
+def _piece(values: dict[str, Any]) -> Piece:
+    for name, value in values.items():
+        _shaped(value, *((None, 2) if name == "terms" else ()))
+    return Piece(**values)
+
+
+def _shaped(value: Any, *shape: int | None) -> None:
+    """Refuse nested tuples that are not of a shape; None stands for any number of them."""
+    if not shape:
+        if isinstance(value, tuple):
+            raise ValueError("a list stands for a number")
+        return
+    if not isinstance(value, tuple) or shape[0] not in (None, len(value)):
+        raise ValueError(f"{len(value) if isinstance(value, tuple) else 'a number'} for {shape}")
+    for one in value:
+        _shaped(one, *shape[1:])
 
 
 def _number(value: Any) -> float:

@@ -17,12 +17,13 @@ import signal
 import threading
 import time
 import uuid
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from aeroflutter.errors import AeroflutterError, InputError
+from aeroflutter.files import ABANDONED
 
 __all__ = [
     "MARK",
@@ -36,14 +37,12 @@ __all__ = [
     "mark_of",
     "placed",
     "still_there",
-    "synced",
     "writing",
 ]
 
 MARK = "aeroflutter_study"  # attribute by which a store is known to be one of ours
 COPY = "blocks"  # the group that holds it once more
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-ABANDONED = 3600.0  # seconds after which half a store is nobody's any more
 
 _METADATA = "zarr.json"
 _PART = re.compile(r"\.aeroflutter-[0-9a-f]{32}\.part")
@@ -214,20 +213,9 @@ def still_there(path: Path, lock: int) -> None:
     )
 
 
-def synced(paths: Iterable[Path]) -> None:
-    """Have files, and entries of folders, reach the disk itself; what is not there is left out."""
-    for path in paths:
-        with contextlib.suppress(FileNotFoundError):
-            descriptor = os.open(path, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
-
-
 @contextlib.contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Say plainly what stopped a write; Ctrl-C waits until its end."""
+    """Say plainly what stopped a write; Ctrl-C and SIGTERM wait until its end."""
     try:
         with _unbroken():
             yield
@@ -241,16 +229,19 @@ def writing(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _unbroken() -> Iterator[None]:
-    """Hold Ctrl-C back: amid threads of zarr it can leave a lock that none gives back."""
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
+    """Hold back what would stop a write: amid threads of zarr it can leave a lock for ever."""
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
+    before = {which: signal.getsignal(which) for which in (signal.SIGINT, signal.SIGTERM)}
+    answers = {which: answer for which, answer in before.items() if callable(answer)}
     came: list[tuple[int, FrameType | None]] = []
-    signal.signal(signal.SIGINT, lambda *one: came.append(one))
+    for which in answers:
+        signal.signal(which, lambda *one: came.append(one))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for which, answer in answers.items():
+            signal.signal(which, answer)
         if came:
-            before(*came[0])
+            answers[signal.Signals(came[0][0])](*came[0])

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
+from aeroflutter.files import synced
 from aeroflutter.studies.maps.layout import (
     BROKEN,
     FORMAT,
@@ -41,7 +42,6 @@ from aeroflutter.studies.maps.ownership import (
     mark_of,
     placed,
     still_there,
-    synced,
     writing,
 )
 from aeroflutter.studies.maps.study import AnyArray, Outcome, Region, Study, Task
@@ -244,7 +244,19 @@ class Store:
                     self._digests[phase][number] = 0
                     self._seconds[phase][number] = np.nan
                     lines.append(f"block {number} of {phase} was damaged; it is computed again")
+            lines += self._forget_unreadable_seconds(phase)
         return lines
+
+    def _forget_unreadable_seconds(self, phase: str) -> list[str]:
+        """Have no time stand where one cannot be read; no result is lost with it."""
+        seconds, lost = _Readable(self._seconds[phase]), 0
+        for number, _ in enumerate(blocks_of(self.study)):
+            try:
+                seconds[number]
+            except BROKEN:
+                self._seconds[phase][number] = np.nan
+                lost += 1
+        return [f"the CPU time of {lost} blocks of {phase} was damaged"] if lost else []
 
 
 class _Readable:
