@@ -29,7 +29,21 @@ _apart: dict[str, Apart] = {}
 
 
 class _Entry(JITCodeLibrary):
-    """The code of an entry point with all that it calls."""
+    """The code of an entry point with all that it calls, which nobody else can call.
+
+    So what is called once becomes part of its caller, and what is not used is not handed over: a
+    system and a motion are three hundred numbers in the registers and on the stack.
+    """
+
+    def finalize(self) -> None:
+        self._own = {one.name for one in self._final_module.functions if not one.is_declaration}
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.name not in self._own:
+                function.linkage = "internal"
+        super()._optimize_final_module()
 
     def _finalize_specific(self) -> None:
         super()._finalize_specific()

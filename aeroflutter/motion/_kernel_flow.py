@@ -64,11 +64,12 @@ Index = NDArray[np.int64]
 # told to, after as many steps as it was given, before a mode without a table.
 DONE, FULL, OVERFLOW, STUCK, STOPPED, PAUSED, UNKNOWN = 0, 1, 2, 3, 4, 5, 6
 LEAPT = 7  # where F jumped, before the tangents have: see `_kernel_jump`
-NOWHERE, AT_TURN, AT_SWITCH = 0, 1, 2  # where it can be told to stop
+NOWHERE, AT_TURN, AT_SWITCH, AT_WATCHED = 0, 1, 2, 3  # where it can be told to stop
 # What `memo` counts and carries on.
 NOW, TREND, TABLE, STEPS, EVENTS, TURNS, STILL, LAST, SPRING, PLACE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 JUMPED, BEFORE = 10, 11  # place plus one of the law that jumped here; the table before it did
-MEMOS = 12
+LEFT = 12  # the mode that the last switch ended
+MEMOS = 13
 EVENT_COLUMNS = 6  # time, kind, mode after it, y, F, spring
 TURN_COLUMNS = 3  # time, y, +1 at a maximum and -1 at a minimum
 EPSILON = 2.0**-52
@@ -146,6 +147,8 @@ class Motion(NamedTuple):
         Inputs before a jump of F, (q,).
     rates
         x' before and after it, (2, n).
+    watched
+        1 for the modes of the first spring in which a march stops that is told to, (k,) or (0,).
     none
         A log that keeps nothing, (0, 0).
     """
@@ -167,6 +170,7 @@ class Motion(NamedTuple):
     since: Real2
     was: Real1
     rates: Real2
+    watched: Whole1
     none: Real2
 
 
@@ -225,6 +229,7 @@ def switch(system: System, motion: Motion, spring: int, kind: int, y: float) -> 
             motion.was[j] = motion.inputs[j]
     motion.memo[TABLE] = -1
     motion.memo[LAST], motion.memo[SPRING] = kind, spring
+    motion.memo[LEFT] = motion.modes[spring]
     if kind == REVERSAL:
         motion.modes[spring] = int(row[TO_TURN])
         if row[SLIDES] != 0.0:
@@ -281,8 +286,9 @@ def march(
     most
         Steps after which the march pauses.
     stop
-        Where to stop: nowhere, at an extremum of the first output, or after a switch. A step ends at
-        each extremum where they are wanted, here or in `turns`.
+        Where to stop: nowhere, at an extremum of the first output, after a switch, or after one
+        into a mode that is watched. A step ends at each extremum where they are wanted, here or
+        in `turns`.
     steps
         Filled with the steps, (.., 2 + n + q + 2 m): time, table, (x, u), modes, h. None are kept
         if it is empty, likewise of the others.
@@ -427,6 +433,9 @@ def march(
             status = STUCK
             break
         if (turns_here and stop == AT_TURN) or (kind != NONE and stop == AT_SWITCH):
+            status = STOPPED
+            break
+        if kind != NONE and stop == AT_WATCHED and motion.watched[motion.modes[0]] != 0:
             status = STOPPED
             break
     catch_up(system, motion, memo[TABLE], behind)

@@ -51,6 +51,7 @@ def workspace(flow: Flow, tangents: Array | None = None, reaches: bool = False) 
         since=np.zeros((2, padded(n + q))),
         was=np.zeros(q),
         rates=np.zeros((2, n)),
+        watched=np.zeros(0, dtype=np.int64),
         none=np.zeros((0, 0)),
     )
 

@@ -43,8 +43,9 @@ from aeroflutter.motion._kernel_ends import (
     variable,
 )
 from aeroflutter.motion._kernel_flow import (
-    AT_SWITCH,
+    AT_WATCHED,
     LAST,
+    LEFT,
     NOW,
     PAUSED,
     STOPPED,
@@ -56,6 +57,16 @@ from aeroflutter.motion._kernel_flow import (
 )
 from aeroflutter.motion._kernel_proofs import DAMPED, KNOWN, LCO, ONWARD, Proofs, resting
 from aeroflutter.motion._kernel_roots import ABOVE
+from aeroflutter.springs._kernel_columns import (
+    DIRECTION,
+    HELD,
+    HIGH,
+    LOW,
+    MOVES,
+    OFFSET,
+    PIECE,
+    TO_HIGH,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -72,7 +83,8 @@ ONWARDS, HANDED_BACK, CLOSED = -1, -2, -3  # goals that are no cycle
 MOST_PATHS = 12
 MOST_RETURNS = 1024
 MOST_STEPS = 4000
-LOOK = 2  # steps between two looks at a motion that does not switch
+LOOK = 4  # steps between two looks at a motion that does not switch
+GLANCE = 64  # the same in a mode without a rest
 MOST_SWITCHES = 64  # between two returns
 LAGS = 4  # periods, in returns, that count as settling
 CLOSE = 1e-2  # what a motion may still change by, relative, when it is handed back
@@ -365,6 +377,34 @@ def enter_return(system: System, motion: Motion, paths: Paths, k: int) -> None:
 
 
 @kernel(inner=True, bare=True)
+def has_rest(system: System, motion: Motion, proofs: Proofs, mode: int) -> bool:
+    """Whether `resting` may find that a motion comes to rest in a mode."""
+    row = system.laws[0, mode]
+    p = system.lookup[int(row[PIECE]) * system.strides[0]]
+    if p < 0 or proofs.forms.shape[0] > 0:
+        return True
+    if proofs.decays[p] == 0 or row[DIRECTION] != 0.0:
+        return False
+    if row[HELD] != 0.0 or row[MOVES] != 0.0:
+        return True
+    for j in range(system.C.shape[1]):
+        if proofs.free[p, 0, j] != 0.0:
+            return True
+    rest = -row[OFFSET] * proofs.rest[p, 0, 0]
+    for j in range(1, motion.inputs.size):
+        rest += motion.inputs[j] * proofs.rest[p, 0, j]
+    return min(row[HIGH] - rest, rest - row[LOW]) > 0.0
+
+
+@kernel(inner=True, bare=True)
+def watch(system: System, motion: Motion, proofs: Proofs, gate: int) -> None:
+    """Watch the modes in which a motion may come to rest, and the one behind the gate."""
+    for mode in range(motion.watched.size):
+        motion.watched[mode] = int(has_rest(system, motion, proofs, mode))
+    motion.watched[int(system.laws[0, gate, TO_HIGH])] = 1
+
+
+@kernel(inner=True, bare=True)
 def goal(
     system: System, motion: Motion, proofs: Proofs, paths: Paths, targets: Targets, gate: int,
     longest: float, memo: Index,
@@ -392,18 +432,18 @@ def goal(
             return ONWARDS, rest
         if state != ONWARD:
             break
-        mode = motion.modes[0]
-        stop, most = variable(AT_SWITCH), variable(LOOK)
+        stop = variable(AT_WATCHED)
+        most = LOOK if motion.watched[motion.modes[0]] != 0 else GLANCE
         status = march(system, motion, np.inf, most, stop, none, none, none)
         if status == PAUSED:
-            steps += LOOK
+            steps += most
             if steps > MOST_STEPS:
                 break
             continue
         if status != STOPPED:
             break
         steps, switches = 0, switches + 1
-        if mode != gate or motion.memo[LAST] != ABOVE:
+        if motion.memo[LEFT] != gate or motion.memo[LAST] != ABOVE:
             if switches > MOST_SWITCHES:
                 break
             continue
@@ -457,6 +497,7 @@ def follow(
     int
         Why it comes back.
     """
+    watch(system, motion, proofs, gate)
     while True:
         if memo[GOAL] >= 0 and memo[RETURNS] >= LONG and memo[PATHS] < MOST_PATHS:
             remember(paths, memo[PATHS], memo[RETURNS], memo[GOAL])

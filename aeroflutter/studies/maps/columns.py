@@ -96,7 +96,8 @@ class _Decided:
         self.numbers = np.empty((count, ends.NUMBERS))
         self.cycles = no_cycles(kernel.MOST_PATHS + 1, flow.n + 1)
         self.paths, self.targets = room
-        self.motion = workspace(flow)
+        modes = np.zeros(flow.pieces[0].modes, dtype=np.int64)
+        self.motion = workspace(flow)._replace(watched=modes)
         self.memo = np.zeros(kernel.MEMOS, dtype=np.int64)
         self.closing: Closing | None = None
         self.closed = -1  # the last cell beside which a cycle was sought
