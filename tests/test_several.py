@@ -211,6 +211,28 @@ def test_a_heave_spring_may_come_first(tmp_path: Any, capsys: pytest.CaptureFixt
     assert one["springs"][0]["at"] == "pitch"
 
 
+def test_a_spring_in_heave_alone_is_told_by_the_pitch_beside_it(
+    tmp_path: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The curve is that of the gap itself, its amplitudes those of pitch on the same cycles."""
+    file = tmp_path / "support.toml"
+    file.write_text(
+        "[section]\nomega_bar = 0.2\nzeta_xi = 0.01\nzeta_alpha = 0.01\n"
+        '[spring]\nat = "heave"\nkind = "freeplay"\ngap = 0.02\n'
+    )
+    options = CycleOptions(simulations=0)
+    (alone,) = cycles_at(load_case(file), speed_ratio=1.03, options=options).cycles
+    assert alone.coordinates[0].amplitude == pytest.approx(alone.amplitude, rel=1e-12)
+    found = said(capsys, "lco", str(file), "--speed-ratio", "1.03", "--simulations", "0")
+    (cycle,) = found["cycles"]
+    assert cycle["symmetric"]
+    told = np.degrees(alone.coordinates[1].amplitude)
+    assert cycle["amplitude_deg"] == pytest.approx(told, rel=1e-6)
+    gap = ["--set", "spring.gap=0.01", "--speed-ratio", "1.03"]
+    half = said(capsys, "simulate", str(file), *gap, "--alpha-deg", "0.1")
+    assert [one["name"] for one in half["coordinates"]] == ["heave", "pitch"]
+
+
 def test_a_map_over_one_of_two_gaps(worn: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The flap's gap along x: cells end as single runs of the changed case end."""
     grid = ["--x", "spring.flap.gap_deg=0.5:1:2", "--alpha-deg", "1:3:2", "--workers", "0"]

@@ -119,7 +119,7 @@ def apply_overrides(tables: dict[str, Any], overrides: Mapping[str, Any]) -> dic
     A new `spring.kind` or `aerodynamics.model` starts its table afresh, since the other keys
     belonged to the old one; where a spring is, and what it weighs, stay. Of several springs one is
     named by its coordinate, or by its number from 0 on where that is not enough:
-    `spring.flap.gap_deg`, `spring.0.gap_deg`.
+    `spring.flap.gap_deg`, `spring.0.gap_deg`; the only one that is not linear needs no name.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def _table(tables: dict[str, Any], folders: list[str]) -> dict[str, Any] | str:
 
 
 def _spring(springs: Any, name: list[str]) -> dict[str, Any] | str:
-    """The table of one spring, by its coordinate or number, or the only one."""
+    """The table of one spring, by its coordinate or number, or the only one, or only bent one."""
     entries = springs if isinstance(springs, list) else [springs]
     if not all(isinstance(entry, dict) for entry in entries):
         return "spring is not a table"
@@ -177,9 +177,10 @@ def _spring(springs: Any, name: list[str]) -> dict[str, Any] | str:
     known = [at if places.count(at) == 1 else str(i) for i, at in enumerate(places)]
     if len(name) > 1 or (name and name[0] not in (*known, *map(str, range(len(known))))):
         return f"is no spring; those there are: {', '.join(f'spring.{k}' for k in known)}"
-    if not name and len(entries) > 1:
+    bent = [i for i, entry in enumerate(entries) if entry.get("kind") != "linear"]
+    if not name and len(entries) > 1 and len(bent) != 1:
         return f"there are {len(entries)} springs; name one, as in spring.{known[0]}"
-    number = 0
+    number = bent[0] if len(bent) == 1 else 0
     if name:
         number = known.index(name[0]) if name[0] in known else int(name[0])
     found: dict[str, Any] = entries[number]

@@ -71,9 +71,10 @@ class _Absorbed:
 def reduced(family: AnyFamily, springs: Sequence[Spring]) -> tuple[AnyFamily, tuple[Spring, ...]]:
     """A family of several springs with those that are linear and without offset within it.
 
-    One spring stays in any case.
+    One spring stays in any case, and the first where it alone is one in an angle: what is told as
+    the amplitude is that of the first spring.
     """
-    from aeroflutter.springs import Linear
+    from aeroflutter.springs.static import Led, Linear
 
     linear = {
         i: one.stiffness
@@ -82,7 +83,28 @@ def reduced(family: AnyFamily, springs: Sequence[Spring]) -> tuple[AnyFamily, tu
     }
     if len(linear) == len(springs):
         linear.pop(0)
+    elif 0 in linear and _alone_in_an_angle(as_family(family), linear):
+        first = Led(linear.pop(0), extent=_extent(as_family(family), springs))
+        springs = (first, *springs[1:])
     if not linear:
         return family, tuple(springs)
     kept = tuple(one for i, one in enumerate(springs) if i not in linear)
     return _Absorbed(as_family(family), linear), kept
+
+
+def _alone_in_an_angle(family: Family, linear: Mapping[int, float]) -> bool:
+    bent = [unit for i, unit in enumerate(family.units) if i not in linear]
+    return family.units[0] == "rad" and "rad" not in bent
+
+
+def _extent(family: Family, springs: Sequence[Spring]) -> float:
+    """How far the first output moves where the others move by the scales of their springs.
+
+    In the mode that is damped least, halfway up the range of speeds.
+    """
+    system = family.at(float(np.sqrt(np.prod(family.search_range))))
+    values, vectors = np.linalg.eig(system.closed(np.ones(len(springs))))
+    moves = np.abs(system.C @ vectors)
+    mode = int(np.argmax(np.where(values.imag > 0.0, values.real, -np.inf)))
+    shares = moves[1:, mode] / np.array([one.scale for one in springs[1:]])
+    return float(moves[0, mode] / np.max(shares)) or 1.0

@@ -329,8 +329,12 @@ class Flow:
     def memories(self, given: ArrayLike) -> Array:
         """Memories of springs, (..., s) or one for all, with zeros for what they add, (..., m)."""
         values = np.asarray(given, dtype=float)
+        if values.ndim == 0:
+            return np.full(self.m, values)
+        if values.shape == (self.m,):
+            return values
         springs = len(self.springs)
-        if values.ndim == 0 or values.shape[-1] == self.m or self.m == springs:
+        if values.shape[-1] == self.m or self.m == springs:
             return np.broadcast_to(values, np.broadcast_shapes(values.shape, (self.m,)))
         whole = np.broadcast_to(values, (*values.shape[:-1], springs))
         more = np.zeros((*whole.shape[:-1], self.m - springs))

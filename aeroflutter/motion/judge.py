@@ -95,7 +95,8 @@ class Settling:
         if given.ndim == 1 and given.size == count and count != len(self.flow.springs):
             given = given[:, None]
         held = self.flow.memories(given)
-        self.states, self.memories = states, np.array(np.broadcast_to(held, (count, self.flow.m)))
+        self.states = states
+        self.memories = np.array(np.broadcast_to(held, (count, self.flow.m)), order="C")
         self.codes = np.empty((count, 2), dtype=np.int64)
         self.numbers = np.empty((count, kernel.NUMBERS))
 
@@ -157,7 +158,7 @@ class Settling:
         memo, times = self.past.memo, self.past.times
         k, lag = int(memo[kernel.MAXIMUM]), int(memo[kernel.BEHIND])
         miss = 4.0 * self.past.clock[kernel.TRIES]
-        if self.share and miss > CLEAR and self._beside_known(k):
+        if miss > CLEAR and self._beside_known(k):
             memo[kernel.PHASE] = kernel.COUNTING
             return
         found = self._find(lag, float(times[k % RING] - times[(k - lag) % RING]))
@@ -171,9 +172,13 @@ class Settling:
             self._end(codes.NEITHER, codes.NEUTRAL)
 
     def _beside_known(self, k: int) -> bool:
-        """Whether the last returns pass by a shared cycle: going on is cheaper than Newton."""
-        cycles, points = self.cycles, self.past.points
-        for j in range(int(self.past.memo[kernel.COUNT])):
+        """Whether the last returns pass by a shared cycle, or the motion's own: going on is cheaper
+
+        than Newton's method.
+        """
+        cycles, points, count = self.cycles, self.past.points, int(self.past.memo[kernel.COUNT])
+        first = 0 if self.share else count
+        for j in range(first, count + int(self.past.memo[kernel.OWN])):
             loops = int(cycles.loops[j])
             rows = np.arange(max(k - loops + 1, 0), k + 1) % RING
             apart = np.max(np.abs(points[rows] - cycles.z[j]) / cycles.size[j], axis=1)

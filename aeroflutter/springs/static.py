@@ -59,6 +59,24 @@ class Linear(PiecewiseLinear):
 
 
 @dataclass(frozen=True, slots=True)
+class Led(Linear):
+    """A linear spring that stands outside of the linear system: its coordinate is told of.
+
+    Parameters
+    ----------
+    extent
+        What motions are measured by there.
+    """
+
+    extent: float = 1.0
+
+    @property
+    def scale(self) -> float:
+        """`extent`: the spring itself has no size."""
+        return self.extent
+
+
+@dataclass(frozen=True, slots=True)
 class Cubic(Spring):
     """Cubic spring F = β₁ α + β₃ α³, hardening for β₃ > 0 and softening for β₃ < 0.
 

@@ -108,7 +108,7 @@ def _moved(
     """The spring about the middle of its span, with pitch and moment there."""
     move = _MOVES.get(type(spring))
     if move is None:
-        return (spring, 0.0, 0.0) if spring.odd and spring.kind != "linear" else None
+        return (spring, 0.0, 0.0) if spring.odd else None
     return move(spring)
 
 

@@ -59,6 +59,8 @@ def _label(state: NDArray[np.int8], ends: Array, tolerance: float) -> Labels:
     labels = np.where(state == DAMPED, 1, NONE).astype(np.int32)
     taken = 1
     for code, alike in ((LCO, tolerance), (APERIODIC, max(tolerance, ALIKE))):
+        if not np.any(state == code):
+            continue
         before, numbers = np.empty((0, 3)), np.empty(0, dtype=np.int32)
         for column, values, out in zip(state, ends, labels, strict=True):
             here = np.flatnonzero(column == code)
@@ -73,22 +75,23 @@ def _distinct(values: Array, tolerance: float) -> tuple[Array, NDArray[np.int64]
     """Values (k, 3) that differ by more than the tolerance, and which of them each one is."""
     centres: list[Array] = []
     member = np.full(len(values), -1, dtype=np.int64)
-    while True:
-        left = np.flatnonzero(member < 0)
-        if left.size == 0:
-            return np.reshape(centres, (-1, 3)), member
+    left = np.arange(len(values))
+    while left.size:
         centre = values[left[0]]
         near = _distance(values[left], centre) <= tolerance
         near[0] = True
         member[left[near]] = len(centres)
         centres.append(centre)
+        left = left[~near]
+    return np.reshape(centres, (-1, 3)), member
 
 
 def _distance(values: Array, centre: Array) -> Array:
     """Largest difference of amplitude, bias (both of the amplitude) and period (of itself)."""
-    scale = np.array([centre[0], centre[0], centre[2]])
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.nan_to_num(np.abs(values - centre) / scale, nan=0.0).max(axis=-1)
+        away = np.abs(values - centre) / centre[[0, 0, 2]]
+    away[np.isnan(away)] = 0.0
+    return np.asarray(away.max(axis=-1))
 
 
 def _continued(centres: Array, before: Array, numbers: Labels, taken: int) -> tuple[Labels, int]:
