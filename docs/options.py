@@ -12,6 +12,10 @@ Every option of the command line, what it means and which commands take it; `aer
 both ends included, or `a,b,c`. Former names of options go on working, with a warning that says the
 name of today.
 
+Degrees are for angles. Where the first spring of a case is in m, or in semichords, options that end
+in `-deg` take its unit; what is told then has names without `_deg` (`amplitude`), and
+`amplitude_deg` is null.
+
 What is there is not lost. `--out` replaces a file only where it holds an earlier result of the
 same command and case, and says `replaced`; anything else, case files among it, stays unless
 `--overwrite` is given. `map` and `sweep`, whose results may have taken hours, keep even their own:

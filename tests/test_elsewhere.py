@@ -2,12 +2,16 @@
 
 import json
 
+import bah
+import control
 import numpy as np
 import pytest
 
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
+from aeroflutter.cli.import_ import _detuned
 from aeroflutter.errors import InputError
+from aeroflutter.linear.pk import PKOptions, pk_method
 from aeroflutter.linear.rootlocus import root_locus
 from aeroflutter.model.elsewhere.polynomial import PolynomialModel
 from aeroflutter.model.elsewhere.sampled import SplinedModel
@@ -15,7 +19,7 @@ from aeroflutter.model.elsewhere.still import still_states
 from aeroflutter.model.elsewhere.tracked import outputs_first, tracked
 from aeroflutter.model.family import SectionModel
 from aeroflutter.model.section import Scale, TypicalSection
-from aeroflutter.model.system import inverse_transfer, inverse_transfer_gradient
+from aeroflutter.model.system import System, inverse_transfer, inverse_transfer_gradient
 from aeroflutter.orbits.describing import DescribingOptions, describing_curve
 
 SCALE = Scale(0.5, 40.0)
@@ -222,6 +226,18 @@ def test_the_last_speed_is_one_of_the_model(tmp_path):
         family.at(140.1)
 
 
+def test_speeds_that_are_far_apart_are_told(tmp_path):
+    """One speed is left out at a time; of two there is nothing to leave out."""
+    given = variables()
+    words = {}
+    for step in (1, 8, 40):
+        few = given | {name: given[name][::step] for name in ("speeds", "A", "B")}
+        words[step] = case_of(tmp_path, few).imported.notes
+    assert words[1] == ()
+    assert "the speeds are far apart: without 68 m/s" in words[8][0]
+    assert words[40] == ()
+
+
 def test_a_model_of_one_speed_tells_its_cycles_there(tmp_path, capsys):
     given = variables()
     case_of(tmp_path, given | {name: given[name][20] for name in ("speeds", "A", "B")})
@@ -229,7 +245,7 @@ def test_a_model_of_one_speed_tells_its_cycles_there(tmp_path, capsys):
     file.write_text(
         '[model]\nkind = "state-space"\nfile = "m.npz"\n[spring]\nkind = "freeplay"\ngap_deg = 1\n'
     )
-    quick = ["--depth", "0", "--simulations", "1", "--points", "4", "--json"]
+    quick = ["--depth", "0", "--simulations", "0", "--points", "4", "--json"]
     assert main(["lco", str(file), *quick]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["onset"] is None
@@ -237,3 +253,32 @@ def test_a_model_of_one_speed_tells_its_cycles_there(tmp_path, capsys):
     assert cycle["speed"] == given["speeds"][20]
     assert cycle["k"] == pytest.approx(2 * np.pi / cycle["period"] * SCALE.b / cycle["speed"])
     assert root_locus(load_case(file)).flutter is None
+
+
+def test_modes_that_no_air_touches_are_no_error_of_an_approximation():
+    """They are none of its states, and `import` asks how far its frequencies are off."""
+    modal = load_case({"model": bah.MODEL}).imported.modal
+    found = pk_method(modal.whole(), PKOptions(low=100.0, high=450.0, points=8))
+    assert np.any(np.abs(found.roots.real) < 1e-12)
+    assert _detuned(found, modal, 450.0) < 0.02
+
+
+def test_systems_of_python_control_with_several_springs():
+    """There and back; what is none, in discrete time or with feedthrough is one line."""
+    rng = np.random.default_rng(7)
+    A, B, C = rng.normal(size=(4, 4)), rng.normal(size=(4, 2)), rng.normal(size=(2, 4))
+    system = System.from_control(control.ss(A, B, C, 0), ("inner", "outer"), ("rad", "m"))
+    again = System.from_control(system.to_control())
+    s = np.array([0.3j, 2.0j])
+    np.testing.assert_allclose(np.moveaxis(again.to_control()(s), 2, 0), system.transfer(s))
+    assert (system.names, system.units) == (("inner", "outer"), ("rad", "m"))
+    for bad, words in (
+        (control.ss(A, B, C, 0, 0.01), "must be in continuous time"),
+        (control.ss(A, B, C, 0, True), "must be in continuous time"),
+        (control.ss(A, B, C, np.eye(2)), "D must be zero"),
+        (control.ss(A, B[:, :1], C, 0), "as many inputs as outputs"),
+        (control.tf([1.0], [1.0, 0.2, 1.0]), "must be a StateSpace"),
+    ):
+        with pytest.raises(InputError, match=words) as caught:
+            System.from_control(bad)
+        assert len(caught.value.problems) == 1

@@ -366,6 +366,9 @@ def test_amplitudes_that_are_no_angles_are_not_told_as_such(tmp_path, capsys):
         '[model]\nkind = "state-space"\nfile = "a.npz"\n'
         '[spring]\nat = "heave"\nkind = "freeplay"\ngap = 0.01\n'
     )
-    assert main(["df", str(file)]) == 2
-    assert 'reported in degrees, which "heave" has not' in capsys.readouterr().err
+    assert main(["df", str(file), "--points", "8", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["onset"]["amplitude_deg"] is None
+    assert found["onset"]["amplitude"] == pytest.approx(found["branch"][0]["amplitude"], rel=100)
+    assert found["branch"][0]["springs"][0]["unit"] == "m"
     assert main(["rootlocus", str(file)]) == 0

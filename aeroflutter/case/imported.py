@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from json import dumps, loads
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,10 +84,24 @@ def build_model(given: Any, folder: Path) -> BuiltModel:
     try:
         files = _files(values.get("file"), folder)
         values["file"] = [str(file) for file in files] if len(files) > 1 else str(files[0])
-        model = _built(values, files)
+        model = _kept(dumps(values, sort_keys=True), tuple(map(_state, files)))
     except InputError as error:
         return BuiltModel(None, values, [f"model.{problem}" for problem in error.problems])
     return BuiltModel(model, values)
+
+
+@lru_cache(maxsize=8)
+def _kept(table: str, states: tuple[tuple[str, int, int], ...]) -> Imported:
+    """The model of a table, read and approximated once as long as its files stay the same."""
+    return _built(loads(table), [Path(name) for name, _, _ in states])
+
+
+def _state(file: Path) -> tuple[str, int, int]:
+    try:
+        found = file.stat()
+    except (OSError, ValueError):
+        return str(file), 0, 0
+    return str(file), found.st_mtime_ns, found.st_size
 
 
 def _files(given: Any, folder: Path) -> list[Path]:

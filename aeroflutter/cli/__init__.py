@@ -10,6 +10,7 @@ import keyword
 import re
 import sys
 from collections.abc import Sequence
+from contextvars import copy_context
 from typing import TYPE_CHECKING
 
 from aeroflutter import __version__
@@ -85,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         with noticing(), terminable():
-            _run(words)
+            copy_context().run(_run, words)  # what it tells is told in units of its own case
         sys.stdout.flush()
     except InputError as error:
         return _refuse(BAD_INPUT, *error.problems)

@@ -24,7 +24,6 @@ __all__ = [
     "axis_of_speeds",
     "pair",
     "scale_of",
-    "section_only",
     "several_speeds",
     "unit",
 ]
@@ -206,8 +205,16 @@ def axis_of_speeds(option: str, text: str, case: Case) -> NDArray[np.float64]:
     return values * unit(kind, case)
 
 
-def several_speeds(case: Case) -> None:
-    """Refuse a model of one speed where a curve over the airspeed is drawn.
+def several_speeds(
+    case: Case,
+    instead: str = "there is no curve over it; `lco` lists the cycles there are",
+) -> None:
+    """Refuse a model of one speed where airspeeds vary.
+
+    Parameters
+    ----------
+    instead
+        What there is not, and what takes such a model.
 
     Raises
     ------
@@ -215,25 +222,7 @@ def several_speeds(case: Case) -> None:
         If the case is one.
     """
     if case.one_speed:
-        raise InputError(
-            f"{case.source}: model.speeds: is one speed, so there is no curve over it; `lco` lists "
-            "the cycles there are"
-        )
-
-
-def section_only(case: Case, command: str) -> None:
-    """Refuse a model from a file where a command starts motions by the pitch of a section.
-
-    Raises
-    ------
-    InputError
-        If the case has one.
-    """
-    if case.imported is not None:
-        raise InputError(
-            f"{case.source}: model: `{command}` starts motions by the pitch of a section, which a "
-            "model has not; `simulate` and `lco` take it"
-        )
+        raise InputError(f"{case.source}: model.speeds: is one speed, so {instead}")
 
 
 def scale_of(case: Case, option: str) -> Scale:

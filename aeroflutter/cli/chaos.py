@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,6 +20,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -176,7 +176,7 @@ class _Study:
 
     def known(self) -> dict[str, Any]:
         """What is the same at every value."""
-        return {"flutter_speed": self.flutter, "alpha_deg": math.degrees(self.start.alpha)}
+        return {"flutter_speed": self.flutter, "alpha_deg": told(self.start.alpha)}
 
     def facts(self, value: float) -> dict[str, Any]:
         """Speed, its ratio and the damping at a value."""
@@ -223,7 +223,7 @@ def _show(study: _Study, facts: dict[str, Any], result: ChaosResult) -> None:
         found |= _in_si(result, study.scale, facts["speed"])
     say(study.case.title)
     lists = ("lyapunov", "lyapunov_error", "statistical_error", "drift")
-    hidden = (*lists, "name", "verdict", "peaks_deg")
+    hidden = (*lists, "name", "verdict", "peaks" + spoken_unit().suffix)
     show_facts({"verdict": found["name"]} | {k: one for k, one in found.items() if k not in hidden})
     rows = zip(*(list(found[name]) for name in lists), strict=True)
     show_table(
@@ -350,10 +350,13 @@ def _show_scan(study: _Study, scan: ChaosScan, bands: list[dict[str, Any]]) -> N
             si, rate = [study.scale.velocity(speed)], 1.0 / study.scale.seconds(1.0, speed)
         rows.append(
             (*si, float(value), result.name, rate * float(found.values[0]),
-             rate * float(found.error[0]), second and rate * second, math.degrees(result.amplitude))
+             rate * float(found.error[0]), second and rate * second, told(result.amplitude))
         )  # fmt: skip
     units, per = (("V (m/s)",), " (1/s)") if study.scale else ((), "")
-    names = (f"lambda 1{per}", "error", f"lambda 2{per}", "amplitude (deg)")
+    names = (
+        *(f"lambda 1{per}", "error", f"lambda 2{per}"),
+        "amplitude (deg)",
+    )
     show_table((*units, name, "motion", *names), rows)
     for band in bands:
         unit = _velocity(study) if study.scale else None

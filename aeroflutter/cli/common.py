@@ -26,6 +26,7 @@ from aeroflutter.cli.show import (
 )
 from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.results.plain import plain
+from aeroflutter.results.unit import native, speak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -126,28 +127,23 @@ class CaseOptions:
     ] = field(default_factory=list)
 
     def load(self, name: str, *, angle: bool = True) -> Case:
-        """The case with the changes of `--set`.
+        """The case with the changes of `--set`; what follows is told in its unit.
 
-        Where an angle is asked for, its first spring is one in an angle, if there is one.
+        That is the unit of its first spring; where an angle is asked for, one in an angle is put
+        first, if there is one.
 
         Raises
         ------
         InputError
-            If it is no case, or `angle` is asked for and its nonlinear spring is not in one.
+            If it is no case.
         """
         from aeroflutter.case import load_case
         from aeroflutter.case.source import parse_override
 
         case = load_case(name, dict(map(parse_override, self.set)))
-        if not angle:
-            return case
-        case = case.led_by_an_angle()
-        if (model := case.model()).units[0] != "rad":
-            raise InputError(
-                f"{case.source}: spring.at: amplitudes are reported in degrees, which "
-                f'"{model.names[0]}" has not, and no other spring is in an angle; use the Python '
-                "interface"
-            )
+        if angle:
+            case = case.led_by_an_angle()
+        speak(case)
         return case
 
 
@@ -413,4 +409,4 @@ def initial_motion(case: Case, alpha_deg: float | None) -> Initial:
         return Initial(**case.initial._asdict())
     if not math.isfinite(alpha_deg):
         raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
-    return Initial(**case.displaced(math.radians(alpha_deg))._asdict())
+    return Initial(**case.displaced(native(alpha_deg))._asdict())

@@ -24,6 +24,7 @@ from aeroflutter.cli.common import (
 from aeroflutter.cli.former import former
 from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import native, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -130,7 +131,7 @@ def _amplitude_range(
     """Lowest and highest amplitude searched in a case, None where both are left open."""
     if text is not None:
         low, high = pair("--amplitude-range-deg", text)
-        return lambda _: (math.radians(low), math.radians(high))
+        return lambda _: (native(low), native(high))
     if smallest is None and largest is None:
         return lambda _: None
     for name, value in (("--smallest-deg", smallest), ("--largest-deg", largest)):
@@ -145,13 +146,12 @@ def _open_range(case: Case, smallest: float | None, largest: float | None) -> tu
 
     low, high = DescribingOptions().amplitudes(simplify(case.spring))
     found = (
-        low if smallest is None else math.radians(smallest),
-        high if largest is None else math.radians(largest),
+        low if smallest is None else native(smallest),
+        high if largest is None else native(largest),
     )
     if not found[0] < found[1]:
         raise InputError(
-            f"--smallest-deg, --largest-deg: {math.degrees(found[0]):g} must be below "
-            f"{math.degrees(found[1]):g}"
+            f"--smallest-deg, --largest-deg: {told(found[0]):g} must be below {told(found[1]):g}"
         )
     return found
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +22,7 @@ from aeroflutter.cli.common import (
 from aeroflutter.cli.largest import largest_of
 from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -155,7 +155,7 @@ def _print(case: Case, branches: Branches, scale: Scale | None) -> None:
                     (
                         e.kind,
                         *([scale.velocity(e.cycle.speed)] if scale else []),
-                        *(e.speed_ratio, e.cycle.speed, math.degrees(e.amplitude)),
+                        *(e.speed_ratio, e.cycle.speed, told(e.amplitude)),
                     )
                     for e in branch.bifurcations
                 ],

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 CLOSE = 1.5e-3  # relative distance of crossings that is close enough
 LAGS = (3, 4, 5, 6, 7, 8, 10)
 LITTLE = 0.02  # damping ratio below which the frequency of a mode is compared
+NONE = 1e-9  # damping ratio that is round-off
 REACH = 2.0  # flutter speeds that are searched
 MOST = 12  # crossings at which the approximation is drawn to the table
 
@@ -193,7 +194,8 @@ def _detuned(found: PKResult, model: ModalModel, high: float) -> float:
     roots = np.linalg.eigvals(A - B @ C) * (speeds / found.semichord)[:, None]
     nearest = np.argmin(np.abs(wanted[:, :, None] - roots[:, None, :]), axis=2)
     ours = np.take_along_axis(roots, nearest, axis=1)
-    light = np.abs(wanted.real) < LITTLE * np.abs(wanted)
+    damping = np.abs(wanted.real) / np.abs(wanted)
+    light = (damping < LITTLE) & (damping > NONE)  # what no air touches is no state
     error = np.abs(ours.imag / wanted.imag - 1)
     return float(np.max(error[light], initial=0.0))
 

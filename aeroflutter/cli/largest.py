@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from aeroflutter.cli.former import former
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import native
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
@@ -29,4 +30,4 @@ def largest_of(case: Case, degrees: float | None, sizes: float | None) -> float:
         return LARGEST if sizes is None else sizes
     if not (math.isfinite(degrees) and degrees > 0.0):
         raise InputError(f"--largest-deg: must be a positive number of degrees, not {degrees}")
-    return math.radians(degrees) / case.spring.scale
+    return native(degrees) / case.spring.scale

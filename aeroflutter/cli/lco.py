@@ -26,6 +26,7 @@ from aeroflutter.cli.largest import largest_of
 from aeroflutter.cli.proving import free_range
 from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -177,9 +178,10 @@ def _print(
 
 
 def _print_at(here: CyclesAt, scale: Scale | None, *, mirrored: bool) -> None:
+    words = spoken_unit().words
     ratio = f", U*/U*_L = {here.speed_ratio:.6g}" if math.isfinite(here.speed_ratio) else ""
     si = f", {scale.velocity(here.speed):.5g} m/s" if scale else ""
-    say(f"\nat U* = {here.speed:.6g}{ratio}{si}: {len(here.cycles) or 'no'} limit cycles")
+    say(words(f"\nat U* = {here.speed:.6g}{ratio}{si}: {len(here.cycles) or 'no'} limit cycles"))
     if here.cycles:
         _show_cycles(here.cycles, scale)
     if mirrored and not all(cycle.symmetric for cycle in here.cycles):
@@ -204,7 +206,7 @@ def _show_events(family: CycleFamily, scale: Scale | None) -> None:
         rows.append(
             (
                 *(event.kind, *si, _digits(cycle.speed_ratio), _digits(cycle.speed)),
-                *(math.degrees(cycle.amplitude), cycle.period),
+                *(told(cycle.amplitude), cycle.period),
                 ", ".join("yes" if flag else "no" for flag in event.stable_beside),
             )
         )
@@ -228,7 +230,8 @@ def _show_cycles(cycles: Sequence[Cycle], scale: Scale | None) -> None:
         record(cycle, CYCLE, scale) | {"largest multiplier": _largest(cycle)} for cycle in cycles
     ]
     for row in rows:
-        row["bias_deg"] = round(row["bias_deg"], 9) + 0.0
+        bias = "bias" + spoken_unit().suffix
+        row[bias] = round(row[bias], 9) + 0.0
         if scale is None and not math.isfinite(row["speed_ratio"]):
             row["speed_ratio"] = row["speed"]
     names = "speed_ratio amplitude first_harmonic bias period stable"

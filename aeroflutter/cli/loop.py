@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from aeroflutter.cli.airspeed import Airspeed
 from aeroflutter.cli.common import CaseName, CaseOptions, Output, say, show_facts, show_table
 from aeroflutter.cli.which import Which, place_of
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,18 +63,18 @@ def _print(case: Case, result: LoopTest, scale: Scale | None) -> None:
     from aeroflutter.results import to_json
 
     say(case.title)
-    told = case if scale else None
+    own = case if scale else None
     si = {"V (m/s)": scale.velocity(result.speed)} if scale else {}
     show_facts({"speed U*": result.speed, "U*/U*_L": result.speed_ratio, **si})
     if not result.cycles:
         say("the describing function has no cycle at this speed")
-    for one, fields in zip(result.cycles, to_json(result, case=told)["cycles"], strict=True):
+    for one, fields in zip(result.cycles, to_json(result, case=own)["cycles"], strict=True):
         spoiling = [str(order) for order in one.orders[one.spoiling]]
         print()
         hertz = f" ({scale.frequency_hz(one.k, result.speed):.5g} Hz)" if scale else ""
         show_facts(
             {
-                "cycle": f"{math.degrees(one.amplitude):.5g} deg, k = {one.k:.5g}{hertz}",
+                "cycle": f"{told(one.amplitude):.5g} {spoken_unit().name}, k = {one.k:.5g}{hertz}",
                 "spoiled by harmonics": ", ".join(spoiling) or "none",
                 "verdict": _verdict(fields["guarantee"]),
             }
@@ -97,15 +98,17 @@ def _verdict(fields: dict[str, Any]) -> str:
         )
     ratio = fields["speed_ratio"]
     name, band = ("U*/U*_L", ratio) if ratio else ("U*", fields["speed"])
+    name = spoken_unit().words(name)
     said = f"proved: a cycle of this first harmonic at {name} from {band[0]:.5f} to {band[1]:.5f}"
     if fields.get("velocity_m_s") is not None:
         low, high = map(float, fields["velocity_m_s"])
         said += f" ({low:.5g} to {high:.5g} m/s)"
-    section = fields["amplitude_deg"]
+    section = fields["amplitude" + spoken_unit().suffix]
     if section is None:
         return said
     exists = "a cycle" if fields["exists_at_speed"] else "any cycle nearby"
-    return f"{said}; at this speed {exists} of {section[0]:.4g} to {section[1]:.4g} deg"
+    between = f"{section[0]:.4g} to {section[1]:.4g} {spoken_unit().name}"
+    return f"{said}; at this speed {exists} of {between}"
 
 
 def _figure(case: Case, result: LoopTest, scale: Scale | None) -> Figure:

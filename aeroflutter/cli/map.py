@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import section_only, unit
+from aeroflutter.cli.airspeed import several_speeds, unit
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -28,6 +28,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -119,11 +120,16 @@ def map(  # noqa: A001 - the command's name
     output = Output(json=json, out=keeping.netcdf, plot=plot, plot_width=plot_width)
     output.check()
     loaded = options.load(case)
-    section_only(loaded, "map")
+    several_speeds(
+        loaded,
+        "there is no map over it: `map` starts motions by the pitch of a section, or by the first "
+        "spring of a model, at several; `simulate` takes one",
+    )
     scale = shown_scale(units, loaded)
     grid, fixed = axes(
-        speed_ratio, speed, alpha_deg, x, y, velocity, usual=lambda: around_onset(loaded)
-    )
+        speed_ratio, speed, alpha_deg, x, y, velocity,
+        usual=lambda: around_onset(loaded), sizes=sizes(loaded),
+    )  # fmt: skip
     cells = CaseCells(loaded.text, loaded.source, grid, fixed)
     settings = _settings(engine, dt, duration, thesis, tolerance if refine else None)
     executor = keeping.executor(threads=grid.cells <= SMALL)
@@ -187,10 +193,11 @@ def axes(
     y: str | None,
     velocity: str | None = None,
     usual: Callable[[], NDArray[np.float64]] | None = None,
+    sizes: str = ALPHA_DEG,
 ) -> tuple[Grid, tuple[str, float] | None]:
     """The grid that the options ask for, and the airspeed where it does not vary.
 
-    `usual` gives the speed ratios where nothing says any.
+    `usual` gives the speed ratios where nothing says any, `sizes` says where motions start then.
 
     Raises
     ------
@@ -219,7 +226,7 @@ def axes(
     if flow is not None and len(flow) == 1 and given:
         fixed, flow = (flow.key, float(flow.values[0])), None
     if pitch is None and len(given) + (flow is not None) < 2:
-        pitch = Axis("initial.alpha_deg", numbers("--alpha-deg", ALPHA_DEG))
+        pitch = Axis("initial.alpha_deg", numbers("--alpha-deg", sizes))
     chosen = ([flow] if flow else []) + given + ([pitch] if pitch else [])
     if y is not None and x is None and len(chosen) == 2 and chosen[0] is given[0]:
         chosen.reverse()
@@ -233,6 +240,14 @@ def axes(
     if varies and fixed is not None:
         raise InputError(f"{varies.pop()}: stands on an axis; drop the fixed airspeed")
     return Grid(*chosen), fixed
+
+
+def sizes(case: Case) -> str:
+    """Where motions start if nothing is said: of what is no angle, by the size of the spring."""
+    if spoken_unit().suffix:
+        return ALPHA_DEG
+    size = told(case.spring.scale)
+    return f"{size:.3g}:{15.0 * size:.3g}:29"
 
 
 def around_onset(case: Case) -> NDArray[np.float64]:

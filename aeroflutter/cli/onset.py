@@ -20,6 +20,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.varying import Vary, onset_row
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -117,8 +118,7 @@ def _print(case: Case, result: Onset, scale: Scale | None) -> None:
     facts: dict[str, Any] = flutter_facts(result.flutter_speed, scale)
     if divergence is not None:
         si = f" ({scale.velocity(divergence):.5g} m/s)" if scale else ""
-        name = "U*" if scale is None else scale.speed_name
-        facts[f"divergence {name}"] = f"{divergence:.6g}{si}"
+        facts["divergence U*"] = f"{divergence:.6g}{si}"
     facts["proved free"] = _proved(result, scale)
     facts["lowest cycle"] = _cycle(result.lowest, scale)
     facts["lowest stable cycle"] = _cycle(result.lowest_stable, scale)
@@ -141,12 +141,12 @@ def _cycle(found: CycleOnset | None, scale: Scale | None) -> str | None:
     if found is None:
         return None
     cycle = found.cycle
-    where = f"U*/U*_L = {cycle.speed_ratio:.6f}"
+    where = spoken_unit().words(f"U*/U*_L = {cycle.speed_ratio:.6f}")
     if not math.isfinite(cycle.speed_ratio):
-        where = f"U* = {cycle.speed:.6f}"
+        where = f"{spoken_unit().speed} = {cycle.speed:.6f}"
     if scale is not None:
         where = f"{scale.velocity(cycle.speed):.5g} m/s, {where}"
-    return f"{where} at {math.degrees(cycle.amplitude):.5g} deg ({found.kind})"
+    return f"{where} at {told(cycle.amplitude):.5g} {spoken_unit().name} ({found.kind})"
 
 
 def _figure(case: Case, result: Onset, scale: Scale | None) -> Figure:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from aeroflutter.cli.airspeed import axis_of_speeds
 from aeroflutter.errors import InputError
 from aeroflutter.files import read_bytes
+from aeroflutter.results.unit import native
 
 if TYPE_CHECKING:
     import numpy as np
@@ -102,7 +103,7 @@ def read_points(path: Path, flutter: float | None, scale: Scale | None = None) -
         speed = speed * scale.speed(1.0)
     from aeroflutter.plots.style import literal
 
-    return Overlay(literal(path.stem), "points", speed, np.radians(amplitude))
+    return Overlay(literal(path.stem), "points", speed, native(amplitude))
 
 
 def _flutter(case: Case) -> float | None:

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from aeroflutter.results.unit import spoken_unit, told
+
 if TYPE_CHECKING:
     from aeroflutter.case import Case
     from aeroflutter.guarantees.absence import Absence
@@ -51,10 +53,11 @@ class Harmless:
     def facts(self) -> dict[str, Any]:
         """For JSON and as attributes of files."""
         loop = self.loop
+        suffix = spoken_unit().suffix
         return {
             "proved_friction_over_gap": self.ratio,
-            "proved_friction_deg": None if loop is None else math.degrees(loop.delta_v / 2.0),
-            "proved_gap_deg": None if loop is None else math.degrees(loop.delta_h),
+            f"proved_friction{suffix}": None if loop is None else told(loop.delta_v / 2.0),
+            f"proved_gap{suffix}": None if loop is None else told(loop.delta_h),
             "proved_certified": self.certified,
         }
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import section_only, unit
+from aeroflutter.cli.airspeed import unit
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -20,6 +20,7 @@ from aeroflutter.cli.common import (
     target_problems,
 )
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import spoken_unit
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,6 +76,11 @@ def report(
     if problems:
         raise InputError(problems)
     loaded = options.load(case)
+    if not spoken_unit().suffix:
+        raise InputError(
+            f"{loaded.source}: spring.at: a page tells angles, and "
+            f'"{loaded.model().names[0]}" is none; the other commands take it'
+        )
     earlier = out.exists()
     if earlier and not overwrite and not _same(out, loaded):
         raise InputError(
@@ -93,8 +99,6 @@ def report(
         pitches_deg=_values("--alpha-deg", alpha_deg),
         periods=periods,
     )
-    if any(one is not None for one in (speeds, settings.speed_ratios, settings.pitches_deg)):
-        section_only(loaded, "report --velocity, --speed, --speed-ratio, --alpha-deg")
     plotly = plotly_source()
     found = analyse(loaded, settings, progress=lambda step: print(f"{step} …", file=sys.stderr))
     print("motions …", file=sys.stderr)

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from aeroflutter.cli.streams import printable
+from aeroflutter.results.unit import spoken_unit
 
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
@@ -61,6 +62,7 @@ def _broken(text: str, edge: int, indent: str = "") -> list[str]:
 
 def show_facts(facts: Mapping[str, Any]) -> None:
     """Print one `label: value` a line, values aligned."""
+    facts = {spoken_unit().words(label): value for label, value in facts.items()}
     longest = max(map(len, facts), default=0) + 1
     edge = width()
     for label, value in facts.items():
@@ -106,7 +108,7 @@ class _Column:
     """A column of a table as text."""
 
     def __init__(self, heading: str, values: Sequence[Any]) -> None:
-        self.heading = heading
+        self.heading = spoken_unit().words(heading)
         self.right = bool(values) and all(isinstance(value, (int, float)) for value in values)
         self.cells = [shown(value) for value in values]
         self.rank = KEPT.index(heading) if heading in KEPT else len(KEPT)
@@ -173,7 +175,7 @@ def show_fields(names: str, rows: Iterable[Mapping[str, Any]], *more: str) -> No
     shown, first = [], []
     for name in names.split():
         field = FIELDS[name]
-        shown.append((field.heading, name + field.kind.suffix))
+        shown.append((field.heading, name + field.kind.told.suffix))
         if (si := field.kind.si) is not None and si.named(name) in present:
             shown.append((si.headed(field.heading), si.named(name)))
     if "velocity_m_s" in present:
@@ -196,13 +198,14 @@ def show_swings(swings: Sequence[Mapping[str, Any]]) -> None:
 def lowest(onset: Mapping[str, Any], *, digits: int = 6, figures: int = 4) -> str:
     """The record of a lowest cycle as a sentence."""
     ratio, beside = onset["speed_ratio"], "stable" if onset["stable"] else "unstable"
-    where = f"U* = {onset['speed']:.{digits}f}"
+    where = f"{spoken_unit().speed} = {onset['speed']:.{digits}f}"
     if math.isfinite(ratio):
-        where = f"U*/U*_L = {ratio:.{digits}f}"
+        where = spoken_unit().words(f"U*/U*_L = {ratio:.{digits}f}")
     if onset.get("velocity_m_s") is not None:
         where = f"{float(onset['velocity_m_s']):.5g} m/s, {where}"
-    kind = f"{onset['kind']}, {beside} cycles beside it"
-    return f"{where} at {onset['amplitude_deg']:.{figures}g} deg ({kind})"
+    kind, unit = f"{onset['kind']}, {beside} cycles beside it", spoken_unit()
+    size = onset["amplitude" + unit.suffix]
+    return f"{where} at {size:.{figures}g} {unit.name} ({kind})"
 
 
 def flutter_facts(speed: float | None, scale: Scale | None) -> dict[str, Any]:

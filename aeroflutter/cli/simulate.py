@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -23,6 +22,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import native, spoken_unit, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,8 +49,12 @@ def simulate(
         ),
     ] = "auto",
     dt: Annotated[
-        float, Parameter(help="Houbolt's step in tau; with exact, the spacing of the samples.")
-    ] = 0.1,
+        float | None,
+        Parameter(
+            help="Houbolt's step in tau; with exact, the spacing of the samples. By default 0.1; "
+            "of a model from a file what shows its fastest oscillation."
+        ),
+    ] = None,
     duration: Annotated[
         float | None,
         Parameter(
@@ -91,12 +95,13 @@ def simulate(
     beyond the decision, to --duration or to twice the time that the decision took.
     """
     from aeroflutter.linear.rootlocus import flutter_speed
+    from aeroflutter.motion.settling import sample_spacing
     from aeroflutter.results import fields_of, to_dataset
 
     output.check()
     loaded = options.load(case)
     scale = output.begin(loaded, "simulate")
-    settings = _settings(engine, dt, duration, thesis)
+    settings = _settings(engine, 0.1 if dt is None else dt, duration, thesis)
     start = initial_motion(loaded, alpha_deg)
     if sweep is not None:
         if airspeed.given() is not None:
@@ -111,6 +116,8 @@ def simulate(
         )
     speed = airspeed.one(loaded, EXACTLY_ONE)
     assert speed is not None  # or it is refused
+    if dt is None and loaded.imported is not None:
+        settings = replace(settings, dt=sample_spacing(loaded.loop()[0].at(speed)))
     run = _single(loaded, start, settings, speed, flutter_speed(loaded.loop()[0]))
     shown = run
     if output.plot or output.out:
@@ -144,11 +151,9 @@ def _shown(case: Case, run: Run, scale: Scale | None, lasts: dict[str, float]) -
     """Print a run for people."""
     from aeroflutter.results import fields_of
 
-    name = "U*" if case.scale is None else case.scale.speed_name
-    names = {"speed": f"speed {name}", "speed_ratio": f"{name}/{name}_L"}
-    names["flutter_speed"] = f"{name}_L"
+    names = {"speed": "speed U*", "speed_ratio": "U*/U*_L", "flutter_speed": "U*_L"}
     say(case.title)
-    fields = fields_of(run, case if scale else None)
+    fields = spoken_unit().shown(fields_of(run, case if scale else None))
     moving, springs = fields.pop("coordinates"), fields.pop("springs")
     show_facts({names.get(key, key): value for key, value in {**fields, **lasts}.items()})
     if len(springs) > 1:
@@ -222,7 +227,7 @@ def _sweeps(
             speeds,
             start,
             replace(settings, progress=tick),
-            math.radians(kick_deg),
+            native(kick_deg),
         )
     made = [Pass(one, reference) for one in passes]
     starts = _starts(passes, start)
@@ -233,7 +238,7 @@ def _sweeps(
         {
             "title": case.title,
             "flutter_speed": reference,
-            "alpha_deg": math.degrees(start.alpha),
+            "alpha_deg": told(start.alpha),
             "sweeps": found,
         },
         text=lambda: _show_sweeps(case, found, scale),
@@ -250,7 +255,7 @@ def _sweeps(
 
 def _starts(passes: Sequence[Sweep], start: Initial) -> tuple[str, str]:
     """Where either pass starts: the second from the first one's end, if that was a cycle."""
-    initial = f"from the initial motion, {math.degrees(start.alpha):.6g} deg"
+    initial = f"from the initial motion, {told(start.alpha):.6g} {spoken_unit().name}"
     last = passes[0].state[-1]
     if last in ("lco", "aperiodic"):
         return initial, "from where the way out ended"
@@ -278,13 +283,15 @@ def _show_sweeps(case: Case, passes: list[dict[str, Any]], scale: Scale | None) 
         columns = {
             key: one
             for key, one in found.items()
-            if key not in alone and (scale or not key.endswith(("_m_s", "_hz", "_s")))
+            if key not in alone
+            and not (one is None or isinstance(one, str))
+            and (scale or not key.endswith(("_m_s", "_hz", "_s")))
         }
         rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
         show_fields("speed_ratio state amplitude bias period", rows)
         for jump in found["jumps"]:
-            speeds, sizes = jump["speed_ratio"], jump["amplitude_deg"]
+            speeds, sizes = jump["speed_ratio"], jump["amplitude" + spoken_unit().suffix]
             say(
                 f"jump between {speeds[0]:.5g} and {speeds[1]:.5g}: "
-                f"{sizes[0]:.4g} to {sizes[1]:.4g} deg"
+                f"{sizes[0]:.4g} to {sizes[1]:.4g} {spoken_unit().name}"
             )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from aeroflutter.cli.common import CaseName, CaseOptions, Output, numbers, say, show_table
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import native, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,10 +59,10 @@ def spring(
     if amplitudes_deg is None:
         amplitude = law.scale * np.geomspace(0.1, 20.0, 200)
     else:
-        amplitude = numbers("--amplitudes-deg", amplitudes_deg) * np.pi / 180
+        amplitude = native(numbers("--amplitudes-deg", amplitudes_deg))
         if (amplitude <= 0).any():
             raise InputError("--amplitudes-deg: every amplitude must be positive")
-    bias = math.radians(bias_deg)
+    bias = native(bias_deg)
     found = SpringLaw(
         pitch=pitch,
         moment=moment,
@@ -85,7 +85,7 @@ def _turns(text: str | None, scale: float) -> np.ndarray:
 
     if text is None:
         return 2.0 * scale * np.array([0.0, 1.0, -1.0, 1.0, -1.0])
-    turns = numbers("--path-deg", text) * np.pi / 180
+    turns = native(numbers("--path-deg", text))
     if turns.size < 2:
         raise InputError("--path-deg: needs at least two turning points")
     return np.asarray(turns)
@@ -106,8 +106,6 @@ def _print(
     amplitude: np.ndarray,
     gains: Describing,
 ) -> None:
-    import numpy as np
-
     from aeroflutter.results.cycles import spring_words
 
     say(case.title)
@@ -116,10 +114,10 @@ def _print(
         say(words)
     show_table(
         ("turning point (deg)", "moment (deg)"),
-        [(math.degrees(a), math.degrees(m)) for a, m in zip(turns, moments, strict=True)],
+        [(told(a), told(m)) for a, m in zip(turns, moments, strict=True)],
     )
     step = max(1, amplitude.size // 20)
-    columns = (np.degrees(amplitude), gains.n_p, gains.n_q)
+    columns = (told(amplitude), gains.n_p, gains.n_q)
     show_table(
         ("amplitude (deg)", "n_p", "n_q"),
         [tuple(map(float, row)) for row in zip(*(c[::step] for c in columns), strict=True)],

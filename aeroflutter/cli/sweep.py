@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from aeroflutter.cli.airspeed import Airspeed, section_only
+from aeroflutter.cli.airspeed import Airspeed
 from aeroflutter.cli.common import (
     CaseName,
     CaseOptions,
@@ -20,6 +20,7 @@ from aeroflutter.cli.common import (
     show_facts,
     show_table,
     shown_scale,
+    spoken,
 )
 from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.cli.numbers import numbers
@@ -86,7 +87,6 @@ def sweep(
     output = Output(json=json, out=keeping.netcdf, plot=plot, plot_width=plot_width)
     output.check()
     loaded = options.load(case)
-    section_only(loaded, "sweep")
     scale = shown_scale(units, loaded)
     distributions = parse_varied(vary)
     fixed = _fixed_speed(airspeed)
@@ -116,7 +116,7 @@ def sweep(
         },
         text=lambda: _print(loaded, found, wall, scale),
         dataset=lambda: to_dataset(found, case=loaded).assign_attrs(about),
-        figure=lambda: _figure(loaded, found, scale),
+        figure=lambda: spoken(_figure(loaded, found, scale), loaded),
         command="sweep",
     )
 
@@ -191,7 +191,7 @@ def _fixed_speed(airspeed: Airspeed) -> tuple[str | None, float]:
 
 def _print(case: Case, found: SweepResult, wall: float, scale: Scale | None) -> None:
     from aeroflutter.motion.response import STATES
-    from aeroflutter.results.studies import DISTRIBUTIONS, IN_SI, METHODS
+    from aeroflutter.results.studies import DISTRIBUTIONS, IN_SI, METHODS, called, distribution
 
     say(case.title)
     valid = found.values["valid"]
@@ -208,12 +208,12 @@ def _print(case: Case, found: SweepResult, wall: float, scale: Scale | None) -> 
     show_facts(facts)
     rows = []
     for name in (*(IN_SI if scale else ()), *DISTRIBUTIONS):
-        row = found.distribution(name)
+        row = distribution(found, name)
         if row["number"]:
             q = row["quantiles"]
             spread = (row["mean"], row["deviation"], q["0.05"], q["0.5"], q["0.95"])
             how = f" ({METHODS[found.onset_method]})" if name.startswith("onset") else ""
-            rows.append((name + how, row["number"], *spread))
+            rows.append((called(name) + how, row["number"], *spread))
     show_table(("result", "number", "mean", "deviation", "5 %", "median", "95 %"), rows)
     for failure in found.failures:
         say(f"failed: {failure['block']}: {failure['reason']}")

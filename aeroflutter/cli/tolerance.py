@@ -13,6 +13,7 @@ from aeroflutter.cli.progress import late_bar
 from aeroflutter.cli.proving import Harmless, harmless
 from aeroflutter.cli.which import Which, place_of
 from aeroflutter.errors import InputError
+from aeroflutter.results.unit import native, spoken_unit, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +61,7 @@ def tolerance(
     family, springs = loaded.loop()
     which = place_of(spring, loaded)
     with late_bar("following limit cycles"):
-        result = ask(family, springs, ratio, math.radians(amplitude_deg), which=which)
+        result = ask(family, springs, ratio, native(amplitude_deg), which=which)
     proved = None if isinstance(springs, tuple) else harmless(loaded, at, vary)
     output.result(
         loaded,
@@ -81,7 +82,8 @@ def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless 
 
     say(case.title)
     _say_which(case, result)
-    limit = f"{math.degrees(result.amplitude):.6g} deg up to {_at(result.speed, result, scale)}"
+    unit = spoken_unit().name
+    limit = f"{told(result.amplitude):.6g} {unit} up to {_at(result.speed, result, scale)}"
     if result.unlimited:
         word = "gap" if result.vary == "gap" else "size"
         say(f"any {word} keeps stable limit cycles below {limit}: there are none up to there")
@@ -102,7 +104,7 @@ def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless 
         as_it_is = result.vary == "size" and result.which is None
         own = "of the case as it stands" if as_it_is else f"with that {result.vary}"
         at = _at(worst.speed, result, scale)
-        say(f"largest stable limit cycle {own}: {math.degrees(worst.amplitude):.6g} deg at {at}")
+        say(f"largest stable limit cycle {own}: {told(worst.amplitude):.6g} {unit} at {at}")
     if proved is not None:
         say(_proved(proved, result, scale))
     for note in result.notes:
@@ -137,7 +139,7 @@ def _proved(proved: Harmless, result: Tolerance, scale: Scale | None) -> str:
 
 def _at(speed: float, result: Tolerance, scale: Scale | None) -> str:
     """A speed in words."""
-    ratio = f"U*/U*_L = {speed / (result.speed / result.speed_ratio):.6g}"
+    ratio = spoken_unit().words(f"U*/U*_L = {speed / (result.speed / result.speed_ratio):.6g}")
     return ratio if scale is None else f"{scale.velocity(speed):.5g} m/s ({ratio})"
 
 

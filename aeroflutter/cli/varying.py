@@ -13,6 +13,7 @@ from aeroflutter.cli.numbers import numbers
 from aeroflutter.cli.show import say, show_table
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.limits import within
+from aeroflutter.results.unit import spoken_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,7 +130,7 @@ def onset_row(onset: Any, scale: Scale | None) -> Row:
     row: Row = {} if scale is None else {"V (m/s)": onset and scale.velocity(onset["speed"])}
     return row | {
         "U*/U*_L": onset and onset["speed_ratio"],
-        "amplitude (deg)": onset and onset["amplitude_deg"],
+        "amplitude (deg)": onset and onset["amplitude" + spoken_unit().suffix],
         "kind": onset and onset["kind"],
         "stable": onset and onset["stable"],
     }

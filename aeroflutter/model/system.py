@@ -209,6 +209,8 @@ class System:
             If the system has not as many inputs as outputs, is in discrete time, or has direct
             feedthrough (the loop would be algebraic).
         """
+        if not hasattr(system, "A"):
+            raise InputError(["system: must be a StateSpace; control.ss(system) makes it one"])
         problems = []
         if system.ninputs != system.noutputs:
             problems.append("system: must have as many inputs as outputs, one pair a spring")

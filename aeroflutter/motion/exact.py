@@ -43,6 +43,7 @@ __all__ = ["march"]
 
 LONGEST = 1e7  # τ within which an end state is looked for, if nothing else is asked
 LEAST = 400.0  # τ that a recorded march goes on for at least, so that there is something to see
+ENOUGH = 100  # of its longest periods, which are so where they are short in the unit of time
 PERIODS_A_WINDOW = 4  # of the thesis's criteria
 KINDS = "1 lower edge of a piece, 2 upper edge, 3 pitch turns on a flat"
 
@@ -56,7 +57,7 @@ def march(
     ----------
     system, spring, state, memory, options
         As for every engine. Without a duration the end state is looked for until τ = `LONGEST`;
-        what is recorded lasts for `LEAST` at least.
+        what is recorded lasts for `LEAST` at least, or for `ENOUGH` periods.
 
     Raises
     ------
@@ -72,7 +73,7 @@ def march(
     end = end_state(flow, state, memory, limits)
     until = min(end.time, longest) if options.decide else longest
     if options.record and not (flow.contraction and end.state == "damped"):
-        until = max(until, min(LEAST, longest))
+        until = max(until, min(_least(flow), longest))
     trace = _Trace(flow, springs, state, memory, options, until)
     if not options.record:
         trace.jump(end, until)
@@ -123,6 +124,13 @@ def _measures(end: EndState) -> dict[str, Any]:
         found |= {"period": end.period, "first_harmonic": end.first_harmonic}
         extras["multiplier"] = end.multiplier
     return found | {"extras": extras}
+
+
+def _least(flow: Flow) -> float:
+    """How long a recorded march goes on for at least."""
+    slopes = [np.full(flow.m, slope) for slope in (0.0, 1.0)]
+    _, longest = period_range(flow.system, slopes)
+    return float(np.fmin(LEAST, ENOUGH * longest))
 
 
 class _Trace:

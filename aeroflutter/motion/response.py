@@ -346,7 +346,8 @@ def simulate(
     initial
         Motion at τ = 0; at rest where it says nothing.
     options
-        Engine, duration, step and criteria.
+        Engine, duration, step and criteria; without any, a system that is no section is sampled so
+        that its fastest oscillation shows.
 
     Returns
     -------
@@ -368,10 +369,13 @@ def simulate(
     >>> simulate(system, spring, Initial(alpha=0.1)).state
     'lco'
     """
+    from aeroflutter.motion.settling import sample_spacing
     from aeroflutter.springs import alone
 
     initial = initial or Initial()
-    options = options or SimulateOptions()
+    if options is None:
+        section = "alpha" in system.state_names
+        options = SimulateOptions() if section else SimulateOptions(dt=sample_spacing(system))
     spring = alone(spring)
     state, memory = initial.start(system, spring)
     return _engine(spring, options)(system, spring, state, memory, options)

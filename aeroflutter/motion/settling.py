@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from aeroflutter.model.lure import as_system
 from aeroflutter.motion._kernel_settle import fundamental, repeats
 from aeroflutter.motion.basins import Basin, smooth_basin
 from aeroflutter.motion.evidence import GROUP, PATIENT, Envelope, growth_at, lossless, smaller
@@ -27,7 +28,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Verdict", "Watch", "closed_slopes", "cycle_measures", "period_range", "rest_pitch"]
+__all__ = [
+    *("Verdict", "Watch", "closed_slopes", "cycle_measures", "period_range", "rest_pitch"),
+    "sample_spacing",
+]
 
 MOST_LOOPS = 16
 KEPT = 4096
@@ -362,6 +366,16 @@ def period_range(system: AnySystem, slopes: Sequence[Any]) -> tuple[float, float
     if frequencies.size == 0:
         return float("nan"), float("nan")
     return float(2 * np.pi / frequencies.max()), float(2 * np.pi / frequencies.min())
+
+
+def sample_spacing(system: AnySystem) -> float:
+    """Spacing of samples that show every oscillation of a system with springs of slope one.
+
+    A tenth of the shortest period and a hundredth of the longest; 0.1 where nothing oscillates.
+    """
+    ones = [np.ones(as_system(system).outputs)]
+    shortest, longest = period_range(as_system(system), ones)
+    return float(np.nan_to_num(min(0.1 * shortest, 0.01 * longest), nan=0.1))
 
 
 def cycle_measures(times: Array, values: Array, loops: int) -> dict[str, float]:

@@ -9,6 +9,7 @@ import numpy as np
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.branches import Line, draw_line, frame
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +63,7 @@ def _columns(family: CycleFamily) -> tuple[Array, Array, Array]:
 
 
 def _line(speed: Array, amplitude: Array, stable: Array, across: look.Airspeed) -> Line:
-    return Line(speed / across.unit, np.degrees(amplitude), stable.astype(bool))
+    return Line(speed / across.unit, told(amplitude), stable.astype(bool))
 
 
 def _draw(axes: Axes, lines: list[Line], label: str, colour: str, **line: float) -> None:

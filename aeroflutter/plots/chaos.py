@@ -9,6 +9,7 @@ import numpy as np
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.timemarch import FIGURES, PITCH_RATE, TAU
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,7 +90,7 @@ def _trace(axes: Axes, response: Response, between: float, clock: look.Clock) ->
     """Pitch over the last oscillations."""
     keep = response.time >= response.time[-1] - 30.0 * between
     time = (response.time[keep] - response.time[keep][0]) / clock.second
-    axes.plot(time, np.degrees(response.pitch[keep]), color=meaning.EXACT, linewidth=0.9)
+    axes.plot(time, told(response.pitch[keep]), color=meaning.EXACT, linewidth=0.9)
     axes.set_xlim(time[0], time[-1])
     axes.set_xlabel(clock.time)
     axes.set_ylabel(look.PITCH)
@@ -100,9 +101,7 @@ def _phase_plane(axes: Axes, response: Response, between: float, clock: look.Clo
     """Pitch rate against pitch over the last oscillations."""
     rate = np.gradient(response.pitch, (response.time[1] - response.time[0]) / clock.second)
     keep = response.time >= response.time[-1] - 60.0 * between
-    axes.plot(
-        np.degrees(response.pitch[keep]), np.degrees(rate[keep]), color=meaning.EXACT, linewidth=0.5
-    )
+    axes.plot(told(response.pitch[keep]), told(rate[keep]), color=meaning.EXACT, linewidth=0.5)
     axes.set_xlabel(look.PITCH)
     axes.set_ylabel(PITCH_RATE.format(clock.per))
     axes.set_title("phase plane")
@@ -110,7 +109,7 @@ def _phase_plane(axes: Axes, response: Response, between: float, clock: look.Clo
 
 def draw(axes: Axes, result: ChaosResult) -> None:
     """Heave and pitch at the maxima of pitch."""
-    pitch = np.degrees(result.section.pitch)
+    pitch = told(result.section.pitch)
     names = result.section.state_names
     column = names.index("xi") if "xi" in names else 0
     _dots(axes, pitch, result.section.states[:, column], result)
@@ -121,7 +120,7 @@ def draw(axes: Axes, result: ChaosResult) -> None:
 
 def _return_map(axes: Axes, result: ChaosResult) -> None:
     """Each maximum of pitch against the one before."""
-    pitch = np.degrees(result.section.pitch)
+    pitch = told(result.section.pitch)
     _dots(axes, pitch[:-1], pitch[1:], result)
     axes.set_xlabel(r"maximum $\alpha_j$ (deg)")
     axes.set_ylabel(r"next maximum $\alpha_{j+1}$ (deg)")
@@ -166,9 +165,9 @@ def _convergence(axes: Axes, result: ChaosResult, clock: look.Clock) -> None:
 def draw_scan(axes: Axes, scan: ChaosScan, unit: float = 1.0) -> None:
     """Maxima of pitch, coloured by the verdict."""
     for value, result in zip(scan.values, scan.results, strict=True):
-        peaks = np.degrees(result.peaks())
+        peaks = told(result.peaks())
         if result.verdict == "damped":
-            peaks = np.degrees([result.bias])
+            peaks = told(np.array([result.bias]))
         few = result.loops > 0 or result.verdict == "damped"
         axes.plot(
             np.full(peaks.size, value / unit), peaks, ".", color=meaning.VERDICTS[result.verdict],

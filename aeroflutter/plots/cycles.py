@@ -18,6 +18,7 @@ from aeroflutter.plots.branches import (
     method_lines,
 )
 from aeroflutter.plots.multipliers import plot_multipliers
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,7 +108,7 @@ def draw(
     lines = [
         Line(
             _abscissa(family.cycles, across.unit),
-            np.degrees([cycle.amplitude for cycle in family.cycles]),
+            told(np.array([cycle.amplitude for cycle in family.cycles])),
             np.array([cycle.stable for cycle in family.cycles]),
             f"family {family.number}",
         )
@@ -117,7 +118,7 @@ def draw(
     if lines:
         layout.stability(axes)
     events = [
-        (event.kind, event.cycle.speed / across.unit, float(np.degrees(event.cycle.amplitude)))
+        (event.kind, event.cycle.speed / across.unit, float(told(event.cycle.amplitude)))
         for event in result.bifurcations
     ]
     mark_bifurcations(axes, events)
@@ -151,7 +152,7 @@ def _abscissa(cycles: Sequence[Cycle], unit: float) -> NDArray[np.float64]:
 
 def _curve(axes: Axes, one: Overlay, unit: float) -> Line:
     """Draw a curve from elsewhere; all of it as one line, for the limits."""
-    x, y = one.speed / unit, np.degrees(one.amplitude)
+    x, y = one.speed / unit, told(one.amplitude)
     stable = np.ones(x.size, dtype=bool) if one.stable is None else one.stable
     family = np.zeros(x.size, dtype=int) if one.family is None else one.family
     look_of = {"color": meaning.DESCRIBING, "linewidth": 2.6}
@@ -167,7 +168,7 @@ def _points(axes: Axes, overlays: Sequence[Overlay], unit: float) -> list[tuple[
     places: list[tuple[float, float]] = []
     points = [one for one in overlays if one.kind == "points"]
     for i, one in enumerate(points):
-        x, y = one.speed / unit, np.degrees(one.amplitude)
+        x, y = one.speed / unit, told(one.amplitude)
         axes.plot(
             x, y, _POINTS[i % len(_POINTS)], color=meaning.INK, markerfacecolor="none",
             markersize=5, linestyle="none", label=one.label, zorder=3.5,
@@ -182,7 +183,7 @@ def _listed(
 ) -> list[tuple[float, float]]:
     """Mark the cycles at one speed."""
     x = _abscissa(cycles, unit)
-    y = np.degrees([cycle.amplitude for cycle in cycles])
+    y = told(np.array([cycle.amplitude for cycle in cycles]))
     axes.axvline(x[0], color=meaning.INK, linewidth=0.7)
     axes.plot(
         x, y, "o", markersize=7, color=meaning.INK, markerfacecolor="none", linestyle="none",

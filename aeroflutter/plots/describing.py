@@ -9,6 +9,7 @@ import numpy as np
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.branches import NAMED, Line, frame, method_lines
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,7 +62,7 @@ def draw(axes: Axes, result: DescribingCurve, across: look.Airspeed) -> None:
         lines.append(
             Line(
                 result.speed[mine] / across.unit,
-                np.degrees(result.amplitude[mine]),
+                told(result.amplitude[mine]),
                 result.stable[mine],
                 f"family {one.number}" + (" (mirror)" if one.mirror_of else ""),
             )
@@ -71,7 +72,7 @@ def draw(axes: Axes, result: DescribingCurve, across: look.Airspeed) -> None:
         layout.stability(axes)
     marks = []
     if result.onset is not None:
-        at = float(result.onset.speed / across.unit), float(np.degrees(result.onset.amplitude))
+        at = float(result.onset.speed / across.unit), float(told(result.onset.amplitude))
         label = f"onset {at[0]:.5g}"
         axes.plot(*at, "o", color=meaning.INK, linestyle="none", label=label, zorder=3)
         marks.append(at)
@@ -84,7 +85,7 @@ def _distortion(axes: Axes, result: DescribingCurve) -> None:
     for one, tone in zip(result.families, tones, strict=True):
         mine = result.family == one.number
         axes.plot(
-            np.degrees(result.amplitude[mine]),
+            told(result.amplitude[mine]),
             100 * np.where(result.distortion[mine] > LEAST, result.distortion[mine], np.nan),
             color=tone,
             linewidth=0.8 if many else None,
@@ -108,7 +109,7 @@ def _say(axes: Axes, words: str) -> None:
 def _bands(axes: Axes, result: DescribingCurve, found: Guarantees, across: look.Airspeed) -> None:
     """Bands of speed at each amplitude, and a mark where there is none and reason to doubt."""
     x = result.speed / across.unit
-    amplitude, bands = np.degrees(result.amplitude), found.speed / across.unit
+    amplitude, bands = told(result.amplitude), found.speed / across.unit
     label: str | None = "proved to hold a cycle"
     for one in result.families:
         mine = result.family == one.number
@@ -133,7 +134,7 @@ def _errors(axes: Axes, result: DescribingCurve, found: Guarantees) -> None:
     if not (result.distortion > LEAST).any():
         return
     order = np.argsort(result.amplitude, kind="stable")
-    amplitude, proved = np.degrees(result.amplitude[order]), found.guaranteed[order]
+    amplitude, proved = told(result.amplitude[order]), found.guaranteed[order]
     width = np.max(np.abs(found.speed - result.speed[:, None]), axis=1) / result.speed
     likely = np.where(proved, np.nan, 100 * found.expected_error[order])
     for seen, error, mark, label in (

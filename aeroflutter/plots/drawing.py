@@ -21,6 +21,7 @@ from aeroflutter.plots import (
     tolerance,
 )
 from aeroflutter.plots import style as look
+from aeroflutter.results.unit import told_of
 
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
@@ -73,6 +74,21 @@ def draw(
     if name not in DRAWN:
         raise InputError(f"plot: there is no figure of a {name}")
     panel, whole = DRAWN[name]
+    with told_of(case):
+        return _drawn(result, ax, panel, whole, scale, title, width)
+
+
+def _drawn(
+    result: Any,
+    ax: Any,
+    panel: Panel,
+    whole: Whole,
+    scale: Scale | None,
+    title: str | None,
+    width: float | None,
+) -> Any:
+    """The result in axes that are given, or in a figure of its own."""
+    case = result.context.get("case")
     if ax is not None:
         with look.style():
             panel(ax, result, scale)
@@ -83,7 +99,8 @@ def draw(
         return ax
     words = title if title is not None else look.literal(case.title) if case else ""
     with look.sized(width):
-        return whole(result, words, scale)
+        figure = whole(result, words, scale)
+    return figure if case is None else look.named_after(figure, case.model().names[0])
 
 
 def _of_cycles(axes: Any, result: Any, scale: Scale | None) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.branches import Line, frame, mark_bifurcations, method_lines
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,10 +43,8 @@ def plot_waveform(branch: HarmonicBranch, index: int, title: str = "") -> Figure
         turn = np.arange(1025) / 1024
         y = waveform(Y, 1024)
         first = Y[0].real + abs(Y[1]) * np.sin(2 * np.pi * turn)
-        wave.plot(
-            turn, np.degrees(np.append(y, y[0])), color=meaning.HARMONIC, label="harmonic balance"
-        )
-        wave.plot(turn, np.degrees(first), "--", color=meaning.INK, label="first harmonic")
+        wave.plot(turn, told(np.append(y, y[0])), color=meaning.HARMONIC, label="harmonic balance")
+        wave.plot(turn, told(first), "--", color=meaning.INK, label="first harmonic")
         wave.set_xlabel("time over the period")
         wave.set_ylabel(look.PITCH)
         orders = np.flatnonzero(np.abs(Y) > 1e-16 * np.abs(Y).max())
@@ -59,7 +58,7 @@ def plot_waveform(branch: HarmonicBranch, index: int, title: str = "") -> Figure
 def draw(axes: Axes, branches: Sequence[HarmonicBranch], across: look.Airspeed) -> None:
     """Amplitude over airspeed, bifurcations marked; rounded between the cycles computed."""
     lines = [
-        Line(one.speed / across.unit, np.degrees(one.amplitude), one.stable, f"family {one.family}")
+        Line(one.speed / across.unit, told(one.amplitude), one.stable, f"family {one.family}")
         for one in branches
     ]
     method_lines(axes, [one.rounded() for one in lines], "harmonic balance", meaning.HARMONIC)
@@ -70,7 +69,7 @@ def draw(axes: Axes, branches: Sequence[HarmonicBranch], across: look.Airspeed) 
     known = any(np.isfinite(branch.multiplier_error).any() for branch in branches)
     layout.stability(axes, known=known)
     events = [
-        (event.kind, event.cycle.speed / across.unit, float(np.degrees(event.amplitude)))
+        (event.kind, event.cycle.speed / across.unit, float(told(event.amplitude)))
         for branch in branches
         for event in branch.bifurcations
     ]

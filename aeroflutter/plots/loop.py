@@ -8,6 +8,7 @@ import numpy as np
 
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,7 +85,7 @@ def _phase(axes: Axes, test: LoopTest, cycle: LoopCycle | None, clock: look.Cloc
     layout.logarithmic(axes.xaxis)
     _mark(axes, test, cycle, phase, clock)
     axes.set_xlabel(clock.frequency)
-    axes.set_ylabel(r"$\arg\,G(\mathrm{j}k)$ (deg)")
+    axes.set_ylabel(r"$\arg\,G(\mathrm{j}k)$ (°)")
 
 
 def draw(axes: Axes, test: LoopTest) -> None:
@@ -120,7 +121,7 @@ def _amplitudes(axes: Axes, test: LoopTest, points: list[complex], reach: float)
         if not np.isfinite(at):
             continue
         near = next((old for old in places if abs(old - at) < 0.02 * reach), at)
-        text = f"{np.degrees(one.amplitude):.3g}°"
+        text = f"{told(one.amplitude):.3g}{spoken_unit().mark}"
         if text not in places.setdefault(near, []):
             places[near].append(text)
     for number, (at, texts) in enumerate(places.items()):
@@ -148,4 +149,4 @@ def _harmonics(axes: Axes, test: LoopTest, cycle: LoopCycle | None) -> None:
     axes.set_xticks(cycle.orders)
     axes.set_xlabel("harmonic")
     axes.set_ylabel("predicted, over the first (%)")
-    axes.set_title(f"harmonics of the cycle of {np.degrees(cycle.amplitude):.4g}°")
+    axes.set_title(f"harmonics of the cycle of {told(cycle.amplitude):.4g}{spoken_unit().mark}")

@@ -12,6 +12,8 @@ from aeroflutter.motion.response import STATES
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.results.fields import FIELDS
+from aeroflutter.results.studies import spoken
+from aeroflutter.results.unit import spoken_unit
 from aeroflutter.studies.maps.engines import FAILED
 
 if TYPE_CHECKING:
@@ -141,7 +143,7 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
     from matplotlib.colors import LogNorm, Normalize
 
     cycling = found.state == STATES.index("lco")
-    amplitude = np.ma.masked_where(~cycling, found.amplitude_deg)
+    amplitude = np.ma.masked_where(~cycling, spoken("amplitude_deg", found.amplitude_deg))
     drawn = axes.pcolormesh(
         edges(found.grid.x.values),
         edges(found.grid.y.values),
@@ -154,11 +156,11 @@ def _amplitudes(figure: Figure, axes: Axes, found: FlutterMap) -> None:
     if not cycling.any():
         axes.text(0.5, 0.5, "no limit cycle", transform=axes.transAxes, ha="center", va="center")
         return
-    sizes = found.amplitude_deg[cycling]
+    sizes = spoken("amplitude_deg", found.amplitude_deg)[cycling]
     least, most = float(sizes.min()), float(sizes.max())
     wide = most > DECADE * least > 0.0
     drawn.set_norm(LogNorm(least, most) if wide else Normalize(0.0, most))
-    bar = figure.colorbar(drawn, ax=axes, label=SWEEP_PANELS["amplitude_deg"])
+    bar = figure.colorbar(drawn, ax=axes, label=spoken_unit().words(SWEEP_PANELS["amplitude_deg"]))
     if wide:
         layout.logarithmic(bar.ax.yaxis)
 
@@ -227,7 +229,7 @@ def plot_sweep(found: SweepResult, title: str = "", *, si: bool = True) -> Figur
     with look.style():
         figure, axes = layout.figure(1, panels, width=3.8 * panels + 0.4, height=3.7, squeeze=False)
         for panel, name in zip(axes[0], shown, strict=False):
-            _histogram(panel, found.of(name), _colour(name, found))
+            _histogram(panel, spoken(name, found.of(name)), _colour(name, found))
             panel.set_xlabel(panels_of[name].format(ONSET.get(found.onset_method, "")))
             panel.set_ylabel("sections")
         layout.finish(figure, title)

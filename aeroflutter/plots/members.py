@@ -9,6 +9,7 @@ import numpy as np
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.branches import Line, draw_line, frame
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +74,7 @@ def draw(axes: Axes, found: Members, *, si: bool = True) -> None:
         across = _across(found, member, si)
         _name(axes, found, member, colour)
         for speed, amplitude, stable in _lines(member):
-            one = Line(speed / across.unit, np.degrees(amplitude), stable)
+            one = Line(speed / across.unit, told(amplitude), stable)
             draw_line(axes, one, colour)
             every.append(one)
     if every:

@@ -9,6 +9,7 @@ import numpy as np
 
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +55,7 @@ def plot_gains(amplitude: np.ndarray, describing: Describing, title: str = "") -
 
 
 def _path(axes: Axes, pitch: np.ndarray, moment: np.ndarray) -> None:
-    x, y = np.degrees(pitch), np.degrees(moment)
+    x, y = told(pitch), told(moment)
     axes.plot(x, y, color=meaning.INK)
     turns = 1 + np.flatnonzero(np.diff(np.sign(np.diff(x))))
     for start, end in itertools.pairwise([0, *turns, x.size - 1]):
@@ -70,11 +71,9 @@ def _path(axes: Axes, pitch: np.ndarray, moment: np.ndarray) -> None:
 
 
 def _gains(axes: Axes, amplitude: np.ndarray, describing: Describing) -> None:
+    axes.plot(told(amplitude), describing.n_p, color=meaning.DESCRIBING, label="$n_p$, stiffness")
     axes.plot(
-        np.degrees(amplitude), describing.n_p, color=meaning.DESCRIBING, label="$n_p$, stiffness"
-    )
-    axes.plot(
-        np.degrees(amplitude), describing.n_q, "--", color=meaning.DESCRIBING,
+        told(amplitude), describing.n_q, "--", color=meaning.DESCRIBING,
         label="$n_q$, damping",
     )  # fmt: skip
     layout.logarithmic(axes.xaxis)

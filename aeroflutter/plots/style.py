@@ -17,6 +17,7 @@ from aeroflutter.results.fields import FIELDS
 from aeroflutter.results.fields import FREQUENCY as FREQUENCY_KIND
 from aeroflutter.results.fields import SPEED as SPEED_KIND
 from aeroflutter.results.fields import TIME as TIME_KIND
+from aeroflutter.results.unit import spoken_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -191,9 +192,9 @@ def segments(flags: np.ndarray) -> list[tuple[slice, bool]]:
 
 
 def named_after(figure: Figure, coordinate: str) -> Figure:
-    """The figure with its axes and titles in the words of a coordinate other than pitch."""
-    if coordinate != "pitch":
-        for axes in figure.axes:
-            for label in (axes.xaxis.label, axes.yaxis.label, axes.title):
-                label.set_text(label.get_text().replace("pitch", coordinate))
+    """The figure in the words of its coordinate, of its unit and of its speeds."""
+    words = spoken_unit().words
+    for axes in figure.axes:
+        for label in (axes.xaxis.label, axes.yaxis.label, axes.title):
+            label.set_text(words(label.get_text().replace("pitch", coordinate)))
     return figure

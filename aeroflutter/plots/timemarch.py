@@ -10,6 +10,7 @@ import numpy as np
 from aeroflutter.motion.spectra import LEAST_SAMPLES, poincare_section, power_spectrum
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,6 +47,8 @@ def plot_response(
     if kind == "overview":
         return plot_overview(response, title, clock)
     paint, width, height, rows = FIGURES[kind]
+    if kind == "traces" and not _heaves(response):
+        rows = 1
     with look.style():
         figure, axes = layout.figure(rows, 1, width=width, height=height, sharex=rows > 1)
         panels = np.atleast_1d(axes)
@@ -61,7 +64,8 @@ def plot_overview(response: Response, title: str = "", clock: look.Clock = TAU) 
     from matplotlib.figure import Figure
 
     with look.style():
-        small = (_spring_path, _phase_plane, _spectrum, _poincare)
+        last = _poincare if _heaves(response) else _next_maximum
+        small = (_spring_path, _phase_plane, _spectrum, last)
         asked = look.WIDTH.get()
         across = next(n for n in (4, 2, 1) if layout.panels_across(n) == n)
         width = 10.0 if asked is None else asked / layout.INCH
@@ -69,8 +73,9 @@ def plot_overview(response: Response, title: str = "", clock: look.Clock = TAU) 
         height = 7.4 if asked is None else min(2.4 + below * 0.85 * width / across, 9.5)
         figure = Figure(figsize=(width, height), layout="constrained")
         grid = figure.add_gridspec(2 + below, across, height_ratios=(1.0, 1.0, *([1.6] * below)))
-        top = figure.add_subplot(grid[0, :])
-        _traces(np.array([top, figure.add_subplot(grid[1, :], sharex=top)]), response, clock)
+        top = figure.add_subplot(grid[0, :] if _heaves(response) else grid[:2, :])
+        under = [figure.add_subplot(grid[1, :], sharex=top)] if _heaves(response) else []
+        _traces(np.array([top, *under]), response, clock)
         for place, paint in enumerate(small):
             axes = figure.add_subplot(grid[2 + place // across, place % across])
             paint(np.array([axes]), response, clock)
@@ -112,7 +117,7 @@ def draw_sweeps(axes: Axes, sweeps: Sequence[Sweep], reference: float, label: st
 
 def draw(axes: Axes, response: Response, clock: look.Clock = TAU) -> None:
     """Pitch against time into axes."""
-    time, pitch = _thinned(response.time, np.degrees(response.pitch))
+    time, pitch = _thinned(response.time, told(response.pitch))
     axes.plot(time / clock.second, pitch, color=meaning.EXACT, linewidth=0.9)
     axes.set_xlabel(clock.time)
     axes.set_ylabel(look.PITCH)
@@ -129,8 +134,11 @@ def _late(response: Response) -> slice:
 
 
 def _traces(axes: Any, response: Response, clock: look.Clock) -> None:
-    """Pitch above heave against time (thesis figures 4.1-4.7)."""
-    time, pitch, heave = _thinned(response.time, np.degrees(response.pitch), response.heave)
+    """Pitch above heave, where there is one, against time (thesis figures 4.1-4.7)."""
+    if axes.size == 1:
+        draw(axes[0], response, clock)
+        return
+    time, pitch, heave = _thinned(response.time, told(response.pitch), response.heave)
     time = time / clock.second
     axes[0].plot(time, pitch, color=meaning.EXACT, linewidth=0.9)
     axes[0].set_ylabel(look.PITCH)
@@ -143,7 +151,7 @@ def _traces(axes: Any, response: Response, clock: look.Clock) -> None:
 
 def _spring_path(axes: Any, response: Response, _: look.Clock) -> None:
     """Moment against pitch: the whole run faint, its end drawn over it (figures 5.5b-5.31b)."""
-    _path(axes[0], np.degrees(response.pitch), np.degrees(response.moment), response)
+    _path(axes[0], told(response.pitch), told(response.moment), response)
     axes[0].set_xlabel(look.PITCH)
     axes[0].set_ylabel(look.MOMENT)
     axes[0].set_title("spring path")
@@ -153,7 +161,7 @@ def _phase_plane(axes: Any, response: Response, clock: look.Clock) -> None:
     """Pitch rate against pitch."""
     spacing = (response.time[1] - response.time[0]) / clock.second
     rate = np.gradient(response.pitch, spacing)
-    _path(axes[0], np.degrees(response.pitch), np.degrees(rate), response)
+    _path(axes[0], told(response.pitch), told(rate), response)
     axes[0].set_xlabel(look.PITCH)
     axes[0].set_ylabel(PITCH_RATE.format(clock.per))
     axes[0].set_title("phase plane")
@@ -181,7 +189,7 @@ def _spectrum(axes: Any, response: Response, clock: look.Clock) -> None:
         return
     spectrum = power_spectrum(response)
     k = clock.hertz(spectrum.k)
-    density = spectrum.density * np.degrees(1.0) ** 2 / clock.hertz(1.0)
+    density = spectrum.density * told(1.0) ** 2 / clock.hertz(1.0)
     top = float(density.max())
     axes[0].plot(k[1:], density[1:], color=meaning.EXACT, linewidth=1.0)
     axes[0].set_yscale("log")
@@ -200,13 +208,31 @@ def _poincare(axes: Any, response: Response, _: look.Clock) -> None:
     if _too_short(axes[0], response):
         return
     section = poincare_section(response)
-    pitch = np.degrees(section.pitch)
+    pitch = told(section.pitch)
     names = section.state_names
     heave = section.states[:, names.index("xi")] if "xi" in names else np.zeros(pitch.size)
     axes[0].plot(pitch, heave, ".", color=meaning.EXACT, markersize=3.5)
     _open_up(axes[0], pitch, heave)
     axes[0].set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
     axes[0].set_ylabel(look.HEAVE)
+    axes[0].locator_params(axis="x", nbins=3)
+
+
+def _heaves(response: Response) -> bool:
+    """Whether there is a heave, which a model from elsewhere has not."""
+    return bool(np.any(np.isfinite(response.heave)))
+
+
+def _next_maximum(axes: Any, response: Response, _: look.Clock) -> None:
+    """Each maximum of pitch against the one before."""
+    axes[0].set_title("next maximum")
+    if _too_short(axes[0], response):
+        return
+    pitch = told(poincare_section(response).pitch)
+    axes[0].plot(pitch[:-1], pitch[1:], ".", color=meaning.EXACT, markersize=3.5)
+    _open_up(axes[0], pitch[:-1], pitch[1:])
+    axes[0].set_xlabel(r"pitch $\alpha$ at its maxima (deg)")
+    axes[0].set_ylabel("the next one (deg)")
     axes[0].locator_params(axis="x", nbins=3)
 
 
@@ -245,7 +271,7 @@ def _thinned(time: Real, *signals: Real) -> tuple[Real, ...]:
 
 
 def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
-    speed, amplitude = one.speeds / reference, np.degrees(one.amplitude)
+    speed, amplitude = one.speeds / reference, told(one.amplitude)
     line: dict[str, Any] = {
         "color": meaning.INK,
         "linewidth": 0.8,
@@ -273,8 +299,8 @@ def _sweep(axes: Axes, one: Sweep, reference: float) -> None:
     for jump in one.jumps:
         axes.annotate(
             "",
-            xy=(jump.after / reference, np.degrees(jump.amplitude_after)),
-            xytext=(jump.before / reference, np.degrees(jump.amplitude_before)),
+            xy=(jump.after / reference, told(jump.amplitude_after)),
+            xytext=(jump.before / reference, told(jump.amplitude_before)),
             arrowprops={"arrowstyle": "-|>", "color": meaning.INK, "linewidth": 1.0},
         )
 

@@ -10,6 +10,7 @@ import numpy as np
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.plots.cycles import draw
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,10 +52,10 @@ def draw_tolerance(axes: Axes, result: Tolerance, across: look.Airspeed) -> None
     scaled = result.vary == "size" and result.which is None and np.isfinite(result.factor)
     size = result.factor if scaled else 1.0
     draw(axes, _scaled(result.branch, size), across)
-    limit, speed = float(np.degrees(result.amplitude)), result.speed / across.unit
+    limit, speed = float(told(result.amplitude)), result.speed / across.unit
     if result.worst is not None:
         axes.plot(
-            result.worst.speed / across.unit, size * np.degrees(result.worst.amplitude), "o",
+            result.worst.speed / across.unit, size * told(result.worst.amplitude), "o",
             color=meaning.WARNING, linestyle="none", label="largest stable cycle", zorder=4,
         )  # fmt: skip
     low, high = axes.get_xlim()
@@ -127,7 +128,7 @@ def _allowed(axes: Axes, result: Tolerance, across: look.Airspeed) -> None:
 
 def _trials(axes: Axes, result: Tolerance) -> None:
     """The largest stable amplitude against what varies, with the limit and the answer."""
-    limit = float(np.degrees(result.amplitude))
+    limit = float(told(result.amplitude))
     tried = np.array(result.trials) * [1.0 if result.vary == "size" else DEGREES, DEGREES]
     shown = tried[:, 1] <= 4.0 * limit
     axes.plot(

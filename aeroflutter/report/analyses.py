@@ -20,8 +20,10 @@ from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
 from aeroflutter.orbits.describing import DescribingCurve, describing_curve
 from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOptions, harmonic_families
 from aeroflutter.springs import Linear, Springs, each, simplify, straight
+from aeroflutter.studies.cases import CaseCells
 from aeroflutter.studies.maps import (
     Axis,
+    Cells,
     Executor,
     FlutterMap,
     Grid,
@@ -45,10 +47,6 @@ COLUMNS, ROWS = 41, 15  # of the map where nothing else is asked
 PATIENCE = 1000.0  # periods after which a cell of a smooth spring stays undecided
 PROVING = 10.0  # s of the processor for each half of the search for a proof
 SEVERAL = HarmonicOptions(tolerance=3e-4, max_harmonics=41, max_step=0.1)  # minutes, else
-MAPLESS = (
-    "Flutter map: a model from a file has no pitch from which motions could start; `simulate` "
-    "takes one motion at a time, and the page shows that of every cycle."
-)
 FASTEST = 20.0  # U* up to which the map goes where nothing flutters
 
 
@@ -189,11 +187,9 @@ def analyse(
     progress("where nothing can oscillate")
     free = _free(family, spring, notes)
     cells = None
-    if case.imported is None:
+    if not case.one_speed:
         progress("flutter map")
         cells = _mapped(case, options, locus, found.onset, executor)
-    else:
-        notes.append(MAPLESS)
     return Analyses(
         case=case,
         options=options,
@@ -212,13 +208,15 @@ def _mapped(
     onset: float | None,
     executor: Executor | None,
 ) -> FlutterMap:
-    """The flutter map of a section."""
-    cells = SpeedPitch(
-        *case.loop(),
-        _grid(case, options, locus, onset),
-        1.0 if locus.flutter is None or options.speeds is not None else locus.flutter.speed,
-        Initial(**{**case.initial._asdict(), "alpha": 0.0}),
-    )
+    """The flutter map of a section, or of a model by its first spring."""
+    grid = _grid(case, options, locus, onset)
+    cells: Cells
+    if case.imported is None:
+        unit = 1.0 if locus.flutter is None or options.speeds is not None else locus.flutter.speed
+        initial = Initial(**{**case.initial._asdict(), "alpha": 0.0})
+        cells = SpeedPitch(*case.loop(), grid, unit, initial)
+    else:
+        cells = CaseCells(case.text, case.source, grid)
     return flutter_map(cells, _march(case, period(locus, FASTEST)), executor=executor)
 
 

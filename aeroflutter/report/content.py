@@ -412,7 +412,7 @@ def _map(found: Analyses, cells: FlutterMap, motions: Motions) -> dict[str, Any]
         speed = float(x) * reference
         system, unit = family.at(speed), period(found.locus, speed)
         for j, y in enumerate(grid.y.values):
-            start = Initial(**{**case.initial._asdict(), "alpha": math.radians(y)})
+            start = Initial(**case.displaced(math.radians(y))._asdict())
             response = marched(system, spring, start, unit, found.options.periods * unit)
             motions.add_response(response, divergent=cells.state[i, j] == STATES.index("divergent"))
     ends = np.full(cells.state.shape, -1)
@@ -423,7 +423,7 @@ def _map(found: Analyses, cells: FlutterMap, motions: Motions) -> dict[str, Any]
         ends[i, j] = settled[key]
     return {
         "x": {"key": grid.x.key, "values": grid.x.values, "scale": reference / found.unit},
-        "y": {"label": "initial pitch (deg)", "values": grid.y.values},
+        "y": {"label": f"initial {case.model().names[0]} (deg)", "values": grid.y.values},
         "states": STATES,
         "state": cells.state,
         "amplitude": cells.amplitude_deg,
@@ -444,7 +444,7 @@ def _settled(
     case = found.case
     family, spring = found.loop
     system = family.at(float(grid.x.values[i]) * reference)
-    start = Initial(**{**case.initial._asdict(), "alpha": math.radians(grid.y.values[j])})
+    start = Initial(**case.displaced(math.radians(grid.y.values[j]))._asdict())
     end = simulate(system, spring, start, SimulateOptions(record=False))
     near = Initial(state=end.final_state, memory=end.final_memory)
     # The end is certain long before it is reached: march on until it is.

@@ -50,9 +50,11 @@ def fields_of(result: object, case: Case | None = None) -> dict[str, Any]:
     """The same before it is made plain: arrays, complex numbers and NaN are left."""
     from aeroflutter.results.layouts import layout_of
     from aeroflutter.results.schema import record
+    from aeroflutter.results.unit import told_of
 
     case, speed = context_of(result, case)
-    found = record(*layout_of(result), None if case is None else case.scale, speed)
+    with told_of(case):
+        found = record(*layout_of(result), None if case is None else case.scale, speed)
     return found if case is None else {**found, **case.own_units}
 
 

@@ -23,6 +23,7 @@ from aeroflutter.results.schema import (
     within,
 )  # fmt: skip
 from aeroflutter.results.swings import SWINGS, swing_lists
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     from aeroflutter.guarantees import Guarantees
@@ -160,7 +161,7 @@ LOOP = layout(
     Value("k", "frequency", key="frequency", dims=("k",)),
     "response=G",
     Value("amplitude", key="locus_amplitude", label=None),
-    Value("locus_amplitude", lambda one: np.degrees(one.amplitude), key=None),
+    Value("locus_amplitude", lambda one: told(one.amplitude), key=None),
     "locus",
     Value("order", lambda one: next((c.orders for c in one.cycles), np.arange(0)), key=None),
     frame=("cycle",),
@@ -307,7 +308,7 @@ def spring_record(spring: Spring | None) -> dict[str, Any] | None:
     for entry in fields(spring):  # type: ignore[arg-type]
         name = {"moments": "moment"}.get(entry.name, entry.name)
         field = FIELDS.get(name, Field(""))
-        found[name + field.kind.suffix] = in_files(getattr(spring, entry.name), field)
+        found[name + field.kind.told.suffix] = in_files(getattr(spring, entry.name), field)
     return found
 
 
@@ -315,10 +316,11 @@ def spring_words(spring: Spring | None) -> str:
     """Friction and gap of a loop in words, since delta_v is twice the friction; else nothing."""
     if spring is None or spring.kind != "hysteresis":
         return ""
-    height, width = np.degrees(spring.delta_v), np.degrees(spring.delta_h)  # type: ignore[attr-defined]
+    height, width = told(spring.delta_v), told(spring.delta_h)  # type: ignore[attr-defined]
+    unit = spoken_unit().name
     return (
-        f"friction ± {height / 2:.6g} deg (delta_v = {height:.6g} deg, twice the friction), "
-        f"gap {width:.6g} deg (delta_h)"
+        f"friction ± {height / 2:.6g} {unit} (delta_v = {height:.6g} {unit}, twice the friction), "
+        f"gap {width:.6g} {unit} (delta_h)"
     )
 
 

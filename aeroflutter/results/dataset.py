@@ -20,6 +20,7 @@ from aeroflutter.results import context_of
 from aeroflutter.results.fields import FIELDS, TEXT, Field
 from aeroflutter.results.layouts import layout_of
 from aeroflutter.results.schema import Above, columns
+from aeroflutter.results.unit import told_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,11 +54,13 @@ def to_dataset(result: object, *, case: Case | None = None) -> xr.Dataset:
 
     Notes
     -----
-    Angles are in degrees, and complex numbers have a dimension `part`, since NetCDF knows none.
+    Angles are in degrees; what is in m or semichords is told as it is. Complex numbers have a
+    dimension `part`, since NetCDF knows none.
     Where a number does not exist stands NaN, or -1 among whole numbers and flags.
     """
     case, speed = context_of(result, case)
-    return encoded(*layout_of(result), case, speed)
+    with told_of(case):
+        return encoded(*layout_of(result), case, speed)
 
 
 def to_dataframe(result: object, *, case: Case | None = None) -> pd.DataFrame:
@@ -80,8 +83,9 @@ def to_dataframe(result: object, *, case: Case | None = None) -> pd.DataFrame:
         If the object is not the result of an analysis.
     """
     case, speed = context_of(result, case)
-    found, layout = layout_of(result)
-    dataset = encoded(found, layout, case, speed)
+    with told_of(case):
+        found, layout = layout_of(result)
+        dataset = encoded(found, layout, case, speed)
     main = [name for name in layout.frame if name in dataset.dims]
     chosen = [name for name, one in dataset.variables.items() if {*main} & {*one.dims}]
     spread = {
@@ -162,8 +166,9 @@ def _variable(value: Any, field: Field) -> tuple[tuple[str, ...], np.ndarray, di
         values = np.array(codes, dtype=np.int8).reshape(values.shape)
     if values.dtype == bool:
         values = values.astype(np.int8)
-    if field.kind.factor != 1.0:
-        values = values * field.kind.factor
+    factor = field.kind.told.factor
+    if factor != 1.0:
+        values = values * factor
     if np.iscomplexobj(values):  # NetCDF has no complex numbers
         values = np.stack([values.real, values.imag], axis=-1)
         return (*field.dims, "part"), values, field.attributes
@@ -219,7 +224,8 @@ def _attribute(label: str, value: Any, field: Field) -> dict[str, Any]:
         return {label: "; ".join(value)}
     if isinstance(value, list):
         return {label: value}
-    found = np.asarray(value) * field.kind.factor if field.kind.factor != 1.0 else value
+    factor = field.kind.told.factor
+    found = np.asarray(value) * factor if factor != 1.0 else value
     found = np.asarray(found)
     if found.dtype == bool:
         found = found.astype(np.int8)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from aeroflutter.motion.chaos.verdict import VERDICTS
 from aeroflutter.motion.response import STATES
+from aeroflutter.results.unit import DEGREE, spoken_unit
 
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
@@ -89,6 +90,8 @@ class Kind:
         Of arrays.
     own
         (scale, value, speed) -> value, where a model from elsewhere means something else by it.
+    coordinate
+        Whether it is measured in the coordinate of the first spring, told in its unit.
     """
 
     units: str = "1"
@@ -98,6 +101,15 @@ class Kind:
     missing: Any = np.nan
     dtype: Any = np.float64
     own: Callable[[Scale, Any, Any], Any] | None = None
+    coordinate: bool = False
+
+    @property
+    def told(self) -> Kind:
+        """The same in the unit in which the coordinate of the first spring is told."""
+        unit = spoken_unit()
+        if not self.coordinate or unit.suffix == self.suffix:
+            return self
+        return replace(self, units=unit.cf, suffix=unit.suffix, factor=unit.factor)
 
     def of(self, value: Any, scale: Scale | None, speed: Any) -> Any:
         """A value as it is told, given what it is scaled by and the speed that it refers to."""
@@ -108,7 +120,7 @@ class Kind:
 
 NUMBER = Kind()
 COMPLEX = Kind(dtype=np.complex128)
-ANGLE = Kind("degree", "_deg", 180.0 / np.pi)
+ANGLE = Kind(DEGREE.cf, DEGREE.suffix, DEGREE.factor, coordinate=True)
 SPEED = Kind(
     si=SI(
         *("m s-1", "airspeed V", (("speeds", "velocities"), ("speed", "velocity")), "_m_s"),
@@ -179,7 +191,7 @@ class Field:
         """Attributes of its variable, as the CF conventions name them."""
         found: dict[str, Any] = dict(self.more)
         if self.long_name:
-            found |= {"units": self.kind.units, "long_name": self.long_name}
+            found |= {"units": self.kind.told.units, "long_name": self.long_name}
         if self.codes:
             found["flag_values"] = np.array(list(self.codes), dtype=np.int8)
             found["flag_meanings"] = " ".join(self.codes.values())
@@ -272,7 +284,7 @@ FIELDS: dict[str, Field] = {
         "band of airspeed U* that contains a cycle of this first harmonic", SPEED, ("band",)
     ),
     "guarantee_speed_ratio": Field("the same over the linear flutter speed", dims=("band",)),
-    "guarantee_k": Field("band of its reduced frequency", dims=("band",)),
+    "guarantee_k": Field("band of its reduced frequency", replace(FREQUENCY, si=None), ("band",)),
     "guarantee_amplitude": Field(
         "band of the first harmonic of cycles at this airspeed", ANGLE, ("band",)
     ),
@@ -289,7 +301,9 @@ FIELDS: dict[str, Field] = {
     "response": Field("G(jk), pitch per moment", COMPLEX, ("k",)),
     "locus": Field("-1/N", COMPLEX, ("locus_amplitude",)),
     "locus_amplitude": Field(
-        "amplitude of a point of the locus", Kind("degree"), ("locus_amplitude",)
+        "amplitude of a point of the locus",
+        replace(ANGLE, suffix="", factor=1.0, coordinate=False),
+        ("locus_amplitude",),
     ),
     "describing_function": Field("N = n_p + j n_q", COMPLEX),
     "order": Field("number of the harmonic", COUNT, ("order",)),
@@ -306,7 +320,7 @@ FIELDS: dict[str, Field] = {
     "converged": Field("1 where every truncation is below the tolerance", FLAG),
     "pitch_harmonic": Field(
         "Y_k of pitch = Re sum of Y_k exp(j k omega tau)",
-        Kind("degree", "_deg", 180.0 / np.pi, dtype=np.complex128),
+        replace(ANGLE, dtype=np.complex128),
         ("harmonic",),
     ),
     # exact cycles

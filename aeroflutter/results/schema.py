@@ -228,7 +228,10 @@ def record(
 def _named(key: str, value: Any, field: Field, scale: Scale | None, speed: Any) -> dict[str, Any]:
     """One value of a record, and its companion in SI units."""
     told = field.kind.of(value, scale, speed)
-    found = {key + field.kind.suffix: in_files(told, field)}
+    suffix = field.kind.told.suffix
+    found = {key + suffix: in_files(told, field)}
+    if suffix != field.kind.suffix:  # what is no angle has no degrees
+        found[key + field.kind.suffix] = None
     if scale is not None and field.kind.si is not None:
         converted = field.kind.si.of(value, scale, speed)
         if converted is not None:
@@ -240,7 +243,7 @@ def in_files(value: Any, field: Field) -> Any:
     """A value of a record in the units of files: no empty text, and no band without an end."""
     if value is None or isinstance(value, str):
         return value or None
-    kind = field.kind
+    kind = field.kind.told
     if kind.factor != 1.0:
         value = np.asarray(value) * kind.factor
     if "band" in field.dims:
@@ -310,7 +313,7 @@ def _of_value(entry: Value, label: str, layout: Layout, scale: Scale | None) -> 
     field = entry.field(label)
     kind = field.kind
     yield Column(
-        label + kind.suffix,
+        label + kind.told.suffix,
         field,
         lambda source, above: kind.of(
             entry.read(source), above.scale or scale, layout.speed(source, above.speed)

@@ -15,6 +15,7 @@ import numpy as np
 from aeroflutter.motion.response import STATES
 from aeroflutter.results.fields import FIELDS, Field, Kind
 from aeroflutter.results.schema import Layout, Value, layout
+from aeroflutter.results.unit import spoken_unit, told
 
 if TYPE_CHECKING:
     from aeroflutter.studies.maps import Axis, FlutterMap
@@ -30,13 +31,30 @@ CELL = (
 DISTRIBUTIONS = ("flutter_speed", "onset_speed", "onset_speed_ratio", "amplitude_deg")
 IN_SI = ("flutter_velocity_m_s", "flutter_frequency_hz", "onset_velocity_m_s")
 _SI = ("_m_s", "_hz")
+SPREAD = ("number", "quantiles")
 METHODS = {"describing": "describing function", "exact": "exact", "none": "none"}
 
 
 def in_files(name: str) -> Field:
-    """What a name of a file means, the values being in its units already."""
+    """What a name of a study means, the values being in degrees already where they are angles."""
     field = FIELDS.get(name) or FIELDS[name.removesuffix("_deg")]
-    return replace(field, kind=replace(field.kind, suffix="", factor=1.0))
+    return replace(
+        field,
+        kind=replace(field.kind.told, suffix="", factor=1.0, coordinate=False),
+        more=field.more,
+    )
+
+
+def called(name: str) -> str:
+    """A name of a study as files write it: without degrees of what is no angle."""
+    unit = spoken_unit()
+    bare = name.removesuffix("_deg")
+    return name if unit.suffix or name == bare or bare not in FIELDS else bare
+
+
+def spoken(name: str, values: Any) -> Any:
+    """Values of a study, which keeps all as if they were angles, in the unit that is told."""
+    return values if called(name) == name else told(np.radians(values))
 
 
 def of_sample(name: str) -> Field:
@@ -47,20 +65,24 @@ def of_sample(name: str) -> Field:
 
 def key(name: str) -> Field:
     """What a key of a case means."""
-    units = "degree" if name.endswith("_deg") else "1"
-    return Field(name, Kind(units), more={"key": name})
+    angle = name.endswith("_deg") and (name != "initial.alpha_deg" or spoken_unit().suffix)
+    own = {"initial.alpha_deg": spoken_unit().cf}.get(name, "1")
+    return Field(name, Kind("degree" if angle else own), more={"key": name})
 
 
 def map_layout(found: FlutterMap) -> Layout:
     """The cells of a map along its axes, and how many end in what state."""
     axes = found.grid.x, found.grid.y
-    dims = tuple(axis.name for axis in axes)
+    dims = tuple(called(axis.name) for axis in axes)
     meanings = {name: in_files(name) for name in CELL}
     meanings["state"] = replace(meanings["state"], codes={-1: "failed", **ENDS})
     for name, axis in zip(("boundary_x", "boundary_y"), axes, strict=True):
         units = _axis(axis).kind.units
         meanings[name] = replace(meanings[name], kind=replace(meanings[name].kind, units=units))
-    cells = (cell(name, getattr(found, name), dims, meaning) for name, meaning in meanings.items())
+    cells = (
+        cell(called(name), spoken(name, getattr(found, name)), dims, meaning)
+        for name, meaning in meanings.items()
+    )
     return layout(
         known("cells", found.grid.cells),
         *(known(state, found.count(state)) for state in (*STATES, "failed")),
@@ -71,7 +93,10 @@ def map_layout(found: FlutterMap) -> Layout:
         ),
         *_cost(found),
         *cells,
-        *(cell(axis.name, axis.values, (axis.name,), _axis(axis)) for axis in axes),
+        *(
+            cell(dim, axis.values, (dim,), _axis(axis))
+            for dim, axis in zip(dims, axes, strict=True)
+        ),
         frame=dims,
     )
 
@@ -100,21 +125,37 @@ def sweep_layout(found: SweepResult) -> Layout:
         known("invalid", int((valid == 0).sum())),
         known("failed", int((valid < 0).sum())),
         *(
-            known(name, found.distribution(name), label=None)
+            known(called(name), distribution(found, name), label=None)
             for name in (*DISTRIBUTIONS, *(IN_SI if has_si else ()))
         ),
         known("onset_method", METHODS[found.onset_method]),
         known("states", {state: found.count(state) for state in STATES}, label=None),
-        known("values", {**found.samples, **kept}, label=None),
+        known(
+            "values",
+            {**found.samples, **{called(name): spoken(name, one) for name, one in kept.items()}},
+            label=None,
+        ),
         *_cost(found),
         cell("sample", np.arange(1, found.number + 1), sample, FIELDS["sample"]),
         *(
             cell("varied_" + name.replace(".", "_"), values, sample, key(name))
             for name, values in found.samples.items()
         ),
-        *(cell(name, kept[name], sample, meaning) for name, meaning in meanings.items()),
+        *(
+            cell(called(name), spoken(name, kept[name]), sample, meaning)
+            for name, meaning in meanings.items()
+        ),
         frame=sample,
     )
+
+
+def distribution(found: SweepResult, name: str) -> dict[str, Any]:
+    """The distribution of a result, in the unit that is told."""
+    row = found.distribution(name)
+    told_row = {key: spoken(name, one) for key, one in row.items() if key not in SPREAD}
+    if "quantiles" in row:
+        told_row["quantiles"] = {q: spoken(name, one) for q, one in row["quantiles"].items()}
+    return {"number": row["number"], **told_row}
 
 
 def known(name: str, value: Any, **settings: Any) -> Value:

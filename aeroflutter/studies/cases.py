@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.case import Case, load_case
+from aeroflutter.case.case import ModelMotion
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import AnyFamily, AnySystem
 from aeroflutter.model.section import Scale
 from aeroflutter.motion.response import Initial
+from aeroflutter.springs import alone
 from aeroflutter.studies.maps import (
     Axis,
     Cells,
@@ -27,7 +29,7 @@ from aeroflutter.studies.maps import (
     MapOptions,
     Progress,
 )
-from aeroflutter.studies.maps.cells import started
+from aeroflutter.studies.maps.cells import memories, started
 
 Array = NDArray[np.float64]
 
@@ -56,7 +58,8 @@ class CaseCells:
         Where it came from, for messages.
     grid : Grid
         Keys of the case by dotted path in the units of the file, "speed", "speed_ratio" or
-        "velocity" (m/s).
+        "velocity" (m/s). Of a model from a file also where motions start: "initial." and a state,
+        or a coordinate, its name with "_deg" behind where it is an angle.
     speed : (str, float), optional
         One of the last three and its value, where neither axis is one.
 
@@ -88,13 +91,13 @@ class CaseCells:
     @property
     def shared(self) -> int | None:
         """The axis along which the system changes, if it does along one only."""
-        changes = [axis.key not in MOTION for axis in self._axes]
+        changes = [not starts(axis.key) for axis in self._axes]
         return changes.index(True) if sum(changes) == 1 else None
 
     def groups(self, x: Array, y: Array) -> Iterator[Group]:
         """Cells by the values that make their systems differ."""
         points = {axis.key: values for axis, values in zip(self._axes, (x, y), strict=True)}
-        rest = [key for key in points if key not in MOTION]
+        rest = [key for key in points if not starts(key)]
         one_case = all(key in SPEEDS for key in rest)
         whole: Group | None = None
         for index in _alike([points[key] for key in rest], x.size):
@@ -106,8 +109,14 @@ class CaseCells:
                 yield whole.part(index, system)
 
     def _system(self, at: Mapping[str, float]) -> tuple[Case, AnySystem]:
-        changed = tuple((key, value) for key, value in at.items() if key not in SPEEDS)
+        modelled = "model" in parse_case(self.text, self.source)
+        placed = [key for key in at if modelled and starts(key) and key not in MOTION]
+        changed = tuple(
+            (key, value) for key, value in at.items() if key not in SPEEDS and key not in placed
+        )
         case, family, flutter = changed_case(self.text, self.source, changed)
+        for key in placed:
+            direction(case, key)
         name, value = next(
             ((key, value) for key, value in at.items() if key in SPEEDS), self.speed or ("", 0.0)
         )
@@ -120,18 +129,86 @@ class CaseCells:
         return case, family.at(value)
 
     def identity(self) -> dict[str, Any]:
-        """The case, table by table, and the airspeed."""
+        """The case, table by table, what is in its file, and the airspeed."""
         fixed = {} if self.speed is None else {self.speed[0]: self.speed[1]}
-        return {"case": parse_case(self.text, self.source), **fixed}
+        return {**case_identity(self.text, self.source), **fixed}
+
+
+def case_identity(text: str, source: str) -> dict[str, Any]:
+    """The tables of a case, and the digest of the file of a model if it has one."""
+    case, _, _ = changed_case(text, source, ())
+    file = {} if case.imported is None else {"file_sha256": case.imported.digest}
+    return {"case": parse_case(text, source), **file}
 
 
 def _started(
     index: NDArray[np.int64], case: Case, system: AnySystem, points: Mapping[str, Array]
 ) -> Group:
     """The cells at these places, which have the case in common."""
+    if isinstance(case.initial, ModelMotion):
+        return _displaced(index, case, case.initial, system, points)
     varied = {MOTION[key]: _native(key, points[key][index]) for key in points if key in MOTION}
     initial = Initial(**{**case.initial._asdict(), **dict.fromkeys(varied, 0.0)})
     return started(index, system, case.loop()[1], initial, varied)
+
+
+def _displaced(
+    index: NDArray[np.int64],
+    case: Case,
+    motion: ModelMotion,
+    system: AnySystem,
+    points: Mapping[str, Array],
+) -> Group:
+    """The cells of a case whose motion is in its states, which are zero if it says nothing."""
+    given = parse_case(case.text, case.source).get("initial", {})
+    keys = [key for key in points if starts(key)]
+    said = "initial.alpha_deg" not in keys and (not keys or {"state", "alpha_deg"} & set(given))
+    base = np.array(motion.state) if said else np.zeros(len(motion.state))
+    states = np.tile(base, (index.size, 1))
+    for key in keys:
+        states += np.outer(points[key][index], direction(case, key))
+    springs = case.loop()[1]
+    initial = Initial(memory=motion.memory)
+    return Group(index, system, alone(springs), states, memories(system, springs, initial, states))
+
+
+def starts(key: str) -> bool:
+    """Whether a key of a map says where motions start, and not what moves."""
+    return key in MOTION or (
+        key.startswith("initial.") and key not in ("initial.state", "initial.memory")
+    )
+
+
+def direction(case: Case, key: str) -> Array:
+    """States (n,) of a case whose motion is in them, a unit of a key of the motion.
+
+    Raises
+    ------
+    InputError
+        If the key is none of its motion.
+    """
+    name = key.removeprefix("initial.")
+    if name == "alpha_deg":
+        angle = case.model().units[0] == "rad"
+        first, second = (case.displaced(value).state for value in (0.0, 1.0))  # type: ignore[union-attr]
+        return (math.radians(1.0) if angle else 1.0) * np.subtract(second, first)
+    model = case.model() if case.imported is None else case.imported.family
+    n = len(model.state_names)
+    if name in model.state_names:
+        return np.eye(n)[model.state_names.index(name)]
+    rows = model.stack(model.search_range[0])[2]
+    known = {}
+    for one, unit, row in zip(model.names, model.units, rows, strict=True):
+        angle = unit == "rad"
+        known[f"{one}_deg" if angle else one] = (math.radians(1.0) if angle else 1.0) * (
+            row / float(row @ row)
+        )
+    if name not in known:
+        raise InputError(
+            f"{key}: is none of its motion; give initial.alpha_deg, initial. and one of "
+            f"{', '.join(known)}, or a state ({', '.join(model.state_names)})"
+        )
+    return np.asarray(known[name])
 
 
 def _alike(columns: list[Array], count: int) -> list[NDArray[np.int64]]:

@@ -13,7 +13,7 @@ from aeroflutter.case import Case, load_case
 from aeroflutter.case.source import parse_case
 from aeroflutter.errors import InputError
 from aeroflutter.motion.response import Initial
-from aeroflutter.studies.cases import SPEEDS, changed_case, in_si
+from aeroflutter.studies.cases import SPEEDS, case_identity, changed_case, in_si
 from aeroflutter.studies.maps import Executor, Progress
 from aeroflutter.studies.maps.sampling import Distribution, parse_distribution
 from aeroflutter.studies.maps.sampling import sample as draw
@@ -74,7 +74,7 @@ class CaseModel:
 
     def identity(self) -> dict[str, Any]:
         """The case and where it is marched."""
-        return {"case": parse_case(self.text, self.source), "at": self.kind, "value": self.value}
+        return {**case_identity(self.text, self.source), "at": self.kind, "value": self.value}
 
     def _case(self, overrides: Mapping[str, float]) -> Case:
         return load_case(parse_case(self.text, self.source), overrides)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from aeroflutter.model.system import Real, System
 __all__ = ["state_space"]
 
 MOST_STATES = 1000
+_TRIED = 12  # speeds that are left out, one at a time
+_SPARSE = 0.02  # of the size of a root, by which it may then change
 
 
 def state_space(said: Variables, stored: Sequence[Variables]) -> Read:
@@ -77,7 +79,35 @@ def state_space(said: Variables, stored: Sequence[Variables]) -> Read:
     if np.any(C[0] != C):
         A, B, C = outputs_first(A, B, C)
     model = SplinedModel(speeds, A, B, C, scale=scale, state_names=states, **labels)
-    return model, (*followed, *notes), False
+    return model, (*followed, *notes, *_sparse(model)), False
+
+
+def _sparse(model: SplinedModel) -> Iterator[str]:
+    """What is to be said where the speeds are far apart.
+
+    How much the roots at a speed change if that speed is not given, springs of slope one; what lies
+    between the speeds that are is some ten times as good with cubic splines.
+    """
+    speeds, A, B = (np.asarray(value) for value in (model.speeds, model.A, model.B))
+    C = np.asarray(model.C)[0]
+    if len(speeds) == 2:
+        return  # straight lines, of which nothing can be left out
+    places = np.unique(np.linspace(1, len(speeds) - 2, _TRIED).astype(int))
+    worst, at = 0.0, places[0]
+    for i in places:
+        rest = np.delete(np.arange(len(speeds)), i)
+        other = SplinedModel(speeds[rest].tolist(), A[rest], B[rest], np.asarray(model.C)[rest])
+        wanted = np.linalg.eigvals(A[i] - B[i] @ C)
+        found = np.linalg.eigvals(other.at(float(speeds[i])).closed(np.ones(len(C))))
+        change = np.abs(wanted[:, None] - found).min(axis=1)
+        oscillates = wanted.imag > np.abs(wanted.real)
+        off = float(np.max(change[oscillates] / np.abs(wanted[oscillates]), initial=0.0))
+        worst, at = (off, i) if off > worst else (worst, at)
+    if worst > _SPARSE:
+        yield (
+            f"warning: the speeds are far apart: without {speeds[at]:g} m/s, its roots would be "
+            f"off by {worst:.2g} of their size; give more speeds"
+        )
 
 
 def _polynomial(

@@ -167,7 +167,9 @@ def follow(
             strand.stop = f"{_NO_START}: {error}"
     cycle = strand.end.cycle
     ratio = cycle.speed if np.isnan(cycle.speed_ratio) else cycle.speed_ratio
-    strand.stop += f" (at {ratio:.6g}, amplitude {np.degrees(cycle.amplitude):.4g} deg)"
+    unit = frame.loop.family.units[0]
+    size = np.degrees(cycle.amplitude) if unit == "rad" else cycle.amplitude
+    strand.stop += f" (at {ratio:.6g}, amplitude {size:.4g} {'deg' if unit == 'rad' else unit})"
     return strand
 
 

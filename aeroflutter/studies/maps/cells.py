@@ -16,7 +16,7 @@ from aeroflutter.motion.response import Initial
 from aeroflutter.springs import Spring, Springs, alone, each
 from aeroflutter.studies.maps.grid import Grid
 
-__all__ = ["Cells", "Group", "SpeedPitch"]
+__all__ = ["Cells", "Group", "SpeedPitch", "memories", "started"]
 
 Array = NDArray[np.float64]
 
@@ -168,10 +168,10 @@ def started(
     states[:] = initial.vector(system)
     for name, values in varied.items():
         states[:, names.index(name)] = values
-    return Group(index, system, alone(spring), states, _memories(system, spring, initial, states))
+    return Group(index, system, alone(spring), states, memories(system, spring, initial, states))
 
 
-def _memories(system: AnySystem, spring: Springs, initial: Initial, states: Array) -> Array:
+def memories(system: AnySystem, spring: Springs, initial: Initial, states: Array) -> Array:
     """Memory of the spring in every cell, (m,), or of each of several, (m, springs)."""
     springs, outputs = each(spring), states @ as_system(system).C.T
     given = [None] * len(springs) if initial.memory is None else np.ravel(initial.memory)
