@@ -119,7 +119,7 @@ def test_a_record_of_other_types_is_made_again(tmp_path: Path) -> None:
     [one] = reproduce(choose(["3.2"]), tmp_path, workers=1)
     record = one.file.with_suffix(".json")
     kept = json.loads(record.read_text())
-    for name, other in (("caption", 1), ("facts", [])):
+    for name, other in (("caption", 1), ("facts", []), ("facts", {"\ud800": 1})):
         record.write_text(json.dumps({**kept, name: other}))
         [again] = reproduce(choose(["3.2"]), tmp_path, workers=1)
         assert again.fresh

@@ -69,7 +69,7 @@ class Exhibit:
 
 
 def _short(value: Any) -> str:
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return " / ".join(map(_short, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 

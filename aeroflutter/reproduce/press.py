@@ -147,7 +147,7 @@ def _print(exhibit: Exhibit, folder: Path, suffix: str, again: bool) -> Printed:
     file = _file(exhibit, folder, suffix)
     record = folder / f"{exhibit.name}.json"
     identity = _identity(exhibit, case)
-    kept = None if again else _kept(record, file, identity)
+    kept = None if again else _kept(record, file, identity, exhibit)
     if kept is not None:
         return Printed(
             exhibit=exhibit, file=file, caption=kept["caption"], facts=kept["facts"], fresh=False
@@ -180,12 +180,13 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _kept(record: Path, file: Path, identity: str) -> dict[str, Any] | None:
+def _kept(record: Path, file: Path, identity: str, exhibit: Exhibit) -> dict[str, Any] | None:
     """What was written of an exhibit made before, if it is still the same one."""
     try:
         kept = json.loads(record.read_text(encoding="utf-8"))
         same = kept["identity"] == identity and kept["file"] == _digest(file)
-        whole = isinstance(kept["caption"], str) and isinstance(kept["facts"], dict)
+        told = isinstance(kept["facts"], dict) and exhibit.sentence(kept["facts"])
+        whole = kept["caption"] == told
         return {"caption": kept["caption"], "facts": kept["facts"]} if same and whole else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
