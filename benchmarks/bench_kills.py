@@ -159,6 +159,7 @@ class Wrong(Exception):
 
 def _commands(folder: Path) -> Iterator[Measurement]:
     """Every command by every signal, at random moments of runs afresh and of runs that go on."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background it is ignored
     chance = random.Random(2028)
     wholes, times = {}, {}
     for job in JOBS:

@@ -21,6 +21,7 @@ from aeroflutter.cli.streams import LONGEST, say
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.files import ABANDONED, replacing
 from aeroflutter.guarantees.absence import Certificate
+from aeroflutter.model.elsewhere.rational import FitOptions
 from aeroflutter.model.elsewhere.variables import read_variables
 from aeroflutter.model.section import TypicalSection
 from aeroflutter.motion.response import SimulateOptions, simulate
@@ -217,3 +218,9 @@ def test_what_a_killed_run_left_is_cleared_an_hour_later(tmp_path: Path) -> None
         with replacing(tmp_path / "a.md") as part:
             part.write_text("text")
         assert sorted(file.name for file in tmp_path.glob(".aero*")) == sorted(left)
+
+
+@pytest.mark.parametrize("root", [1e-320, 0.0, -1.0, 1e300, float("nan")])
+def test_a_lag_root_that_no_number_can_be_computed_with_is_refused(root: float) -> None:
+    with pytest.raises(InputError, match=r"^lags: the roots must be positive numbers, 1e-09 to"):
+        FitOptions(lags=(0.3, root))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -317,7 +318,19 @@ def _saved(path: Path, make: Callable[[], xr.Dataset], command: str) -> None:
 
     with replacing(path) as part:
         dataset = make().assign_attrs({"command": command} if command else {})
-        dataset.to_netcdf(part, engine="netcdf4")
+        try:
+            dataset.to_netcdf(part, engine="netcdf4")
+        except (OSError, RuntimeError):
+            _tried(part)
+            raise
+
+
+def _tried(file: Path) -> None:
+    """Say what stops a write: of a full disk the library tells that permission is denied."""
+    with open(file, "wb") as probe:
+        probe.write(bytes(1 << 16))
+        probe.flush()
+        os.fsync(probe.fileno())
 
 
 def _drawn(path: Path, make: Callable[[], Figure], _: str) -> None:

@@ -89,15 +89,17 @@ def onset(
         return
     scale = output.begin(loaded, "onset")
     result = analyse(loaded)
-    if certificate is not None and result.free is not None and result.free.certificate:
-        result.free.certificate.save(certificate)
-    output.result(
-        loaded,
-        lambda: result,
-        text=lambda: _print(loaded, result, scale),
-        figure=lambda: _figure(loaded, result, scale),
-        command="onset",
-    )
+    try:
+        output.result(
+            loaded,
+            lambda: result,
+            text=lambda: _print(loaded, result, scale),
+            figure=lambda: _figure(loaded, result, scale),
+            command="onset",
+        )
+    finally:  # neither takes the other with it
+        if certificate is not None and result.free is not None and result.free.certificate:
+            result.free.certificate.save(certificate)
 
 
 def _row(member: Member, scale: Scale | None) -> dict[str, Any]:

@@ -26,6 +26,7 @@ from aeroflutter.model.system import Complex, Real
 __all__ = ["Fit", "FitOptions", "fit"]
 
 MOST_LAGS = 30
+LEAST = 1e-9  # size of a lag root, and over it the largest
 _LARGE = 0.05  # relative error of a fit at one k that is worth a warning
 
 
@@ -73,8 +74,10 @@ class FitOptions:
                 problems.append(f"lags: must be 0 to {MOST_LAGS} of them, got {self.lags!r}")
         elif self.lags is not None:
             roots = np.asarray(self.lags, dtype=float)
-            if not (roots.ndim == 1 and np.all(np.isfinite(roots) & (roots > 0))):
-                problems.append("lags: the roots must be positive finite numbers")
+            if not (roots.ndim == 1 and np.all((roots >= LEAST) & (roots <= 1.0 / LEAST))):
+                problems.append(
+                    f"lags: the roots must be positive numbers, {LEAST:g} to {1.0 / LEAST:g}"
+                )
             elif np.unique(roots).size < roots.size:
                 problems.append("lags: no root may come twice")
         if sum(k > 0 for k in self.exact) > 1 or not all(k >= 0 for k in self.exact):
