@@ -6,14 +6,13 @@ import os
 import re
 import time
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from aeroflutter.disk import ABANDONED, synced
 from aeroflutter.errors import InputError
 from aeroflutter.limits import limit
-
-ABANDONED = 3600.0  # seconds after which half a file, or half a store, is nobody's any more
 
 _PART = re.compile(r"\.aeroflutter-[0-9a-f]{32}\.part(\.\w+)?")
 
@@ -52,17 +51,6 @@ def _clear(folder: Path) -> None:
             mine = _PART.fullmatch(left.name) is not None and left.is_file()
             if mine and time.time() - left.lstat().st_mtime > ABANDONED:
                 left.unlink(missing_ok=True)
-
-
-def synced(paths: Iterable[Path]) -> None:
-    """Have files, and entries of folders, reach the disk itself; what is not there is left out."""
-    for path in paths:
-        with suppress(FileNotFoundError):
-            descriptor = os.open(path, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
 
 
 @contextmanager

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import logging
 import os
 import signal
 import time
@@ -18,15 +20,16 @@ from aeroflutter.analysis import analysis
 from aeroflutter.case import load_case
 from aeroflutter.cli import main
 from aeroflutter.cli.streams import LONGEST, say
-from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.files import ABANDONED, replacing
+from aeroflutter.disk import ABANDONED
+from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
+from aeroflutter.files import replacing
 from aeroflutter.guarantees.absence import Certificate
 from aeroflutter.model.elsewhere.rational import FitOptions
 from aeroflutter.model.elsewhere.variables import read_variables
 from aeroflutter.model.section import TypicalSection
 from aeroflutter.motion.response import SimulateOptions, simulate
 from aeroflutter.reproduce import choose, reproduce
-from aeroflutter.studies.maps import ownership
+from aeroflutter.studies.maps import cluster, ownership
 
 PROOF = Path(__file__).parent / "data" / "absence_run14.json"
 
@@ -40,7 +43,7 @@ def test_samples_next_to_nothing_apart_are_as_many_as_are_kept() -> None:
     assert simulate(load_case("run14"), speed=3.0, options=options).state == "undecided"
 
 
-@pytest.mark.parametrize("key", ["section.omega_bar", "spring.delta_h_deg", "initial.alpha_deg"])
+@pytest.mark.parametrize("key", ["section.omega_bar", "spring.delta_h_deg"])
 def test_a_number_whose_square_is_nothing_is_refused(capsys, key: str) -> None:
     assert main(["validate", "run14", "--set", f"{key}=1e-320"]) == 2
     line = last_line(capsys)
@@ -224,3 +227,23 @@ def test_what_a_killed_run_left_is_cleared_an_hour_later(tmp_path: Path) -> None
 def test_a_lag_root_that_no_number_can_be_computed_with_is_refused(root: float) -> None:
     with pytest.raises(InputError, match=r"^lags: the roots must be positive numbers, 1e-09 to"):
         FitOptions(lags=(0.3, root))
+
+
+def test_a_scheduler_that_goes_amid_a_question_has_gone(monkeypatch) -> None:
+    def broken(*_: object) -> None:
+        raise OSError("in <TCP (closed) …>: Stream is closed")
+
+    monkeypatch.setattr(cluster, "_client", contextlib.nullcontext)
+    monkeypatch.setattr(cluster, "_check_versions", lambda client: None)
+    monkeypatch.setattr(cluster, "_round", broken)
+    with pytest.raises(AeroflutterError, match=r"^the Dask scheduler has gone$"):
+        list(cluster.Cluster("tcp://127.0.0.1:1").run(None, []))  # type: ignore[arg-type]
+
+
+def test_what_ails_dask_is_raised_and_not_logged(monkeypatch) -> None:
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(distributed, "Client", lambda address, **_: address)
+    logging.getLogger("distributed.client").setLevel(logging.WARNING)  # as Dask leaves it
+    assert cluster._client("tcp://127.0.0.1:1") == "tcp://127.0.0.1:1"
+    for name in ("distributed", "distributed.client", "distributed.client.x"):
+        assert not logging.getLogger(name).isEnabledFor(logging.ERROR)

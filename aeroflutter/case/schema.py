@@ -10,27 +10,23 @@ from __future__ import annotations
 from copy import copy
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    create_model,
+    field_validator,
+)
 from pydantic.config import JsonDict
 from pydantic_core import PydanticCustomError
 
 LARGEST = 1e12
 """No number of a case may be larger in size: beyond it the matrices overflow sooner or later."""
 SMALLEST = 1e-30
-"""Nor smaller, but for zero: its powers would be zero, although it says that it is not."""
+"""Nor may a positive one be smaller: its powers would be zero, although it says that it is not."""
 
-
-def _not_too_small(value: float) -> float:
-    if 0.0 < abs(value) < SMALLEST:
-        raise PydanticCustomError("too_small", "too small")
-    return value
-
-
-Number = Annotated[
-    float,
-    Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False),
-    AfterValidator(_not_too_small),
-]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 
 NUMBER = "a finite number"
 POSITIVE = "a positive number"
@@ -55,6 +51,15 @@ class Table(BaseModel):
     """A table of a case file: no other keys, no conversions of type."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    @field_validator("*")
+    @classmethod
+    def _not_too_small(cls, value: Any, about: ValidationInfo) -> Any:
+        if isinstance(value, float) and 0.0 < value < SMALLEST:
+            assert about.field_name is not None
+            if metadata(cls, about.field_name)["allowed"] in (POSITIVE, NOT_NEGATIVE):
+                raise PydanticCustomError("too_small", "too small")
+        return value
 
 
 class Dimensional(Table):

@@ -56,17 +56,26 @@ class Cluster:
         """Outcomes as they come."""
         with _client(self.address) as client:
             _check_versions(client)
-            suspects: list[Task] = []
-            for outcome in _round(client, study, tasks):
-                if outcome.arrays is None and outcome.failure == _KILLED:
-                    suspects.append(outcome.task)
-                else:
-                    yield outcome
-            for task in suspects:
-                yield from _round(client, study, [task])
+            try:
+                yield from _rounds(client, study, tasks)
+            except OSError:  # a connection that breaks amid a question
+                raise AeroflutterError(_GONE) from None
 
 
 _KILLED = "its workers died again and again"
+_GONE = "the Dask scheduler has gone"
+
+
+def _rounds(client: Client, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
+    """All tasks, then those again, alone, that were given up."""
+    suspects: list[Task] = []
+    for outcome in _round(client, study, tasks):
+        if outcome.arrays is None and outcome.failure == _KILLED:
+            suspects.append(outcome.task)
+        else:
+            yield outcome
+    for task in suspects:
+        yield from _round(client, study, [task])
 
 
 def _round(client: Client, study: Work, tasks: Sequence[Task]) -> Iterator[Outcome]:
@@ -103,7 +112,7 @@ def _outcome(future: Any, task: Task) -> Outcome:
     from distributed import KilledWorker
 
     if future.cancelled():
-        raise AeroflutterError("the Dask scheduler has gone")
+        raise AeroflutterError(_GONE)
     error = future.exception()
     if error is None:
         arrays, cpu, failure = future.result()
@@ -128,7 +137,8 @@ def _client(address: str) -> Client:
             f"--scheduler {address}: needs certificates; name them in Dask's configuration, "
             "distributed.comm.tls"
         )
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what ails it is raised
+    for name in ("distributed", "distributed.client"):  # of its own level, by Dask's configuration
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what ails it is raised
     # Something that listens there and is no scheduler may never answer, whatever the timeout.
     asking = Future[Any]()
     Thread(target=_ask, args=(asking, Client, address), daemon=True).start()

@@ -22,8 +22,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from aeroflutter.disk import ABANDONED
 from aeroflutter.errors import AeroflutterError, InputError
-from aeroflutter.files import ABANDONED
 
 __all__ = [
     "MARK",

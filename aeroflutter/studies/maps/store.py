@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from aeroflutter.disk import synced
 from aeroflutter.errors import InputError
-from aeroflutter.files import synced
 from aeroflutter.studies.maps.layout import (
     BROKEN,
     FORMAT,
