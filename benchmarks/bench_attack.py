@@ -8,29 +8,33 @@ goes on where the file ends, case by case, and prints what it holds. Each random
 - whether a certificate is issued just above the lowest exact limit cycle;
 - whether the checker accepts a certificate in which one number has been changed, although the
   condition, sampled densely by formulas of this file, is then violated;
-- how far below the lowest cycle the certified speed lies.
+- whether a saved certificate is read after the last bit of one number has been changed;
+- how far below the lowest cycle the highest certified speed lies, of a ladder of distances.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import re
+import signal
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from aeroflutter import SectionFamily, TypicalSection
-from aeroflutter.errors import AeroflutterError
-from aeroflutter.guarantees.absence import Certificate, absence_at
+from aeroflutter.errors import AeroflutterError, InputError
+from aeroflutter.guarantees.absence import Absence, Certificate, absence_at
 from aeroflutter.guarantees.absence.certificate import Loop
 from aeroflutter.guarantees.absence.checker import Refused, check
-from aeroflutter.guarantees.absence.interval import highest_sampled
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.motion.endstates import end_states
 from aeroflutter.motion.flow import Flow
@@ -38,8 +42,9 @@ from aeroflutter.motion.response import STATES
 from aeroflutter.orbits.cycles import CycleOptions, limit_cycles
 from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, Spring, Table
 
-MOTIONS, SPOILED = 20, 2
-RESOLVED, SECONDS = 5e-4, 3.0
+MOTIONS, SPOILED, SECONDS, CYCLES = 20, 2, 1.0, 5.0
+RANGE, LARGEST = (0.05, 1.02), 20.0  # speeds over flutter, and amplitudes, of cycles looked for
+BELOW = (5e-4, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9)
 ABOVE = 1.0005
 BANDS = (0.0, 0.3, 0.6, np.inf)
 
@@ -84,25 +89,55 @@ def attacked(number: int) -> dict[str, Any]:
     flutter = flutter_speed(family)
     if flutter is None:
         return facts | {"skipped": "no flutter"}
-    options = CycleOptions(points=2, simulations=20, depth=0)
-    lowest = limit_cycles(family, law, options).onset
-    facts["flutter"] = flutter
-    facts["lowest"] = None if lowest is None else lowest.cycle.speed
-    bound = highest_sampled(family, law, RESOLVED, SECONDS)
-    for back in (2 * RESOLVED, 8 * RESOLVED, 40 * RESOLVED):
-        free = absence_at(family, law, bound * (1.0 - back), SECONDS) if bound > 0.0 else None
-        if free is not None and free.certified:
-            break
-    else:
-        facts["cpu"] = time.process_time() - started
-        return facts | {"certified": None}
-    facts["certified"] = free.high
-    facts["ends"] = motions(family, law, free.high, rng)
-    if lowest is not None:
-        facts["above"] = absence_at(family, law, ABOVE * lowest.cycle.speed).certified
-    facts["spoiled"] = [outcome(spoiled(free.certificate, rng)) for _ in range(SPOILED)]
+    options = CycleOptions(
+        points=2, simulations=20, depth=0, largest=LARGEST, speed_ratio_range=RANGE
+    )
+    lowest = None
+    try:
+        with at_most(CYCLES):
+            found = limit_cycles(family, law, options).onset
+        lowest = None if found is None else found.cycle.speed
+    except TimeoutError:
+        facts["unknown"] = f"lowest cycle: more than {CYCLES:g} s of CPU"
+    facts |= {"flutter": flutter, "lowest": lowest}
+    free = nearest(family, law, min(flutter, lowest or np.inf))
+    facts["certified"] = None if free is None else free.high
+    if free is not None and free.certificate is not None:
+        facts["ends"] = motions(family, law, free.high, rng)
+        facts["spoiled"] = [outcome(spoiled(free.certificate, rng)) for _ in range(SPOILED)]
+        facts["altered"] = altered(free.certificate, rng)
+    if lowest is not None and ABOVE * lowest < flutter:
+        facts["above"] = absence_at(family, law, ABOVE * lowest, SECONDS).certified
     facts["cpu"] = time.process_time() - started
     return facts
+
+
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Raise `TimeoutError` after so many seconds of CPU."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError
+
+    signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+def nearest(family: SectionFamily, law: Spring, lowest: float) -> Absence | None:
+    """What is certified at the least of some distances below a speed."""
+    best, low, high = None, 0, len(BELOW)
+    while low < high:
+        middle = (low + high) // 2
+        free = absence_at(family, law, (1.0 - BELOW[middle]) * lowest, SECONDS)
+        if free.certified:
+            best, high = free, middle
+        else:
+            low = middle + 1
+    return best
 
 
 def motions(
@@ -134,6 +169,23 @@ def spoiled(certificate: Certificate, rng: np.random.Generator) -> Certificate:
         terms[chosen][which - 2] *= factor
         changed = replace(piece, terms=tuple(map(tuple, terms)))
     return replace(certificate, pieces=(changed,))
+
+
+def altered(certificate: Certificate, rng: np.random.Generator) -> str:
+    """Whether a saved certificate of which one number has been changed is read."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "proof.json"
+        certificate.save(path)
+        text = path.read_text(encoding="utf-8")
+        numbers = [*re.finditer(r"(?<=[\[ ])-?[0-9][0-9.e+-]*(?=[,\n])", text)]
+        one = numbers[rng.integers(len(numbers))]
+        other = repr(float(np.nextafter(float(one[0]), rng.choice([-np.inf, np.inf]))))
+        path.write_text(text[: one.start()] + other + text[one.end() :], encoding="utf-8")
+        try:
+            Certificate.load(path)
+        except InputError:
+            return "refused"
+    return "read"
 
 
 def outcome(certificate: Certificate) -> str:
@@ -180,6 +232,7 @@ def summary(cases: list[dict[str, Any]]) -> Iterator[tuple[str, float, str, floa
     asked = [one for one in cases if one.get("certified")]
     yield "cases", len(cases), "", None
     yield "with flutter and a certified speed", len(asked), "", None
+    yield "lowest cycle not found in time", sum("unknown" in one for one in cases), "", None
     yield "failed to be computed", sum("failed" in one for one in cases), "", None
     ends = [end for one in asked for end in one["ends"]]
     yield "motions at certified speeds", len(ends), "", None

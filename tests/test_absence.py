@@ -359,6 +359,39 @@ def test_round_trip(run14, tmp_path):
     assert Certificate.load(path) == static
 
 
+def test_a_certificate_of_which_any_number_was_altered_is_not_read(tmp_path):
+    """By one bit, and even where what it then says is still true; without a digest it is read."""
+    path = tmp_path / "proof.json"
+    claim = first_order([0.25, 0.5], [1.0], high=2.0, lam=0.5, terms=((1.5, 0.25), (-2.5, 0.125)))
+    claim.save(path)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    places = [*_numbers(content)]
+    assert len(places) == 14
+    for holder, key in places:
+        was = holder[key]
+        holder[key] = float(np.nextafter(was, 9.0))
+        path.write_text(json.dumps(content), encoding="utf-8")
+        with pytest.raises(InputError, match="has been altered"):
+            Certificate.load(path)
+        holder[key] = was
+    content["pieces"][0]["high"], unsealed = 1.5, content | {"digest": None}
+    del unsealed["digest"]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(InputError, match="has been altered"):
+        Certificate.load(path)
+    path.write_text(json.dumps(unsealed), encoding="utf-8")
+    checker.check(Certificate.load(path))
+
+
+def _numbers(content):
+    """Where the numbers of a tree are."""
+    for key, one in content.items() if isinstance(content, dict) else enumerate(content):
+        if isinstance(one, float):
+            yield content, key
+        elif isinstance(one, (dict, list)):
+            yield from _numbers(one)
+
+
 def test_a_file_that_is_no_certificate(tmp_path):
     path = tmp_path / "proof.json"
     good = json.loads(RUN14.read_text(encoding="utf-8"))

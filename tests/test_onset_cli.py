@@ -176,3 +176,26 @@ def test_nothing_is_proved_of_several_springs_or_without_a_range_of_speeds(tmp_p
     system = SectionModel(case.section).at(3.0)
     with pytest.raises(Uncovered, match="range"):
         absence(SpringFamily(FixedModel(system)), case.spring)
+
+
+def test_of_two_springs_one_speed_is_proved(capsys, tmp_path, monkeypatch):
+    """Run 14's section with a half-slope gap in heave; marching rests at 0.85 of flutter."""
+    from aeroflutter.guarantees.absence import Joint, several
+    from aeroflutter.guarantees.absence.joint_checker import check_joint
+
+    monkeypatch.setattr(several, "_SHARES", (0.85,))
+    monkeypatch.setattr(several, "_RESOLVED", 1.0)  # one speed only is looked at
+    case, proof = tmp_path / "two.toml", tmp_path / "two.json"
+    case.write_text(
+        '[section]\nomega_bar = 0.8\n[[spring]]\nkind = "hysteresis"\ndelta_v_deg = 1.0\n'
+        'delta_h_deg = 0.25\n[[spring]]\nat = "heave"\nkind = "bilinear"\nm0 = 0.0\nm_f = 0.5\n'
+        "alpha_f = -0.005\ndelta = 0.01\n",
+        encoding="utf-8",
+    )
+    code, printed = run(capsys, str(case), "--any-load", "--json", "--certificate", str(proof))
+    assert code == 0
+    found = json.loads(printed.out)
+    assert found["proved_free_below"] is None
+    assert found["proved_free_at"]["certified"]
+    assert found["proved_free_at"]["speed_ratio"] == pytest.approx(0.85)
+    assert check_joint(Joint.load(proof)) > 0

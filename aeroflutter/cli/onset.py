@@ -98,8 +98,9 @@ def onset(
             command="onset",
         )
     finally:  # neither takes the other with it
-        if certificate is not None and result.free is not None and result.free.certificate:
-            result.free.certificate.save(certificate)
+        proof = result.free or (result.free_at and result.free_at[1])
+        if certificate is not None and proof and proof.certificate:
+            proof.certificate.save(certificate)
 
 
 def _row(member: Member, scale: Scale | None) -> dict[str, Any]:
@@ -132,8 +133,11 @@ def _print(case: Case, result: Onset, scale: Scale | None) -> None:
 
 
 def _proved(result: Onset, scale: Scale | None) -> str | None:
-    from aeroflutter.results.proofs import free_words
+    from aeroflutter.results.proofs import alone_words, free_words
 
+    if result.free_at is not None:
+        speed, proof = result.free_at
+        return alone_words(speed, proof.certified, result.flutter_speed, scale)
     if result.free is None or result.free_below is None:
         return None
     return free_words(result.free, result.flutter_speed, scale)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from aeroflutter.analysis import Result, analysis
 from aeroflutter.errors import InputError
 from aeroflutter.guarantees.absence import Absence, Uncovered, absence
+from aeroflutter.guarantees.absence.several import Several, several_highest
 from aeroflutter.linear.rootlocus import RootLocus, root_locus
 from aeroflutter.model.family import FixedModel
-from aeroflutter.model.lure import AnyFamily, FixedFamily, as_lure
+from aeroflutter.model.lure import AnyFamily, FixedFamily, as_family, as_lure
 from aeroflutter.orbits.cycles import CycleOnset, CycleOptions, LimitCycles, limit_cycles
-from aeroflutter.springs import Linear, Springs, each, simplify
+from aeroflutter.springs import Linear, Spring, Springs, each, simplify
 
 __all__ = ["Onset", "onset"]
 
@@ -26,6 +28,9 @@ class Onset(Result):
         Flutter and divergence with the spring at unit slope.
     free
         What is proved free; None where the proof does not cover the case.
+    free_at
+        Of several springs: a speed that is proved free, by itself, and the proof; None where none
+        was found.
     cycles
         Exact limit cycles; None where none were looked for.
     any_load
@@ -36,6 +41,7 @@ class Onset(Result):
 
     linear: RootLocus
     free: Absence | None
+    free_at: tuple[float, Several] | None = None
     cycles: LimitCycles | None
     any_load: bool
     notes: tuple[str, ...]
@@ -84,7 +90,7 @@ def onset(
     family
         A section at every speed.
     spring
-        Its spring, or a sequence of them; of several nothing is proved free.
+        Its spring, or a sequence of them. Of several one speed is proved free and no range.
     options
         Of the search for cycles.
     any_load
@@ -105,21 +111,56 @@ def onset(
     if isinstance(family, FixedFamily | FixedModel):
         raise InputError("family: does not depend on speed; an onset is a speed")
     notes: list[str] = []
-    free = None
-    springs = each(spring)
+    free, springs = None, each(spring)
     try:
-        if len(springs) > 1:
-            raise Uncovered("proofs over a range of speeds are of one spring")
-        free = absence(as_lure(family), springs[0])
-        notes += free.notes
+        if len(springs) == 1:
+            free = absence(as_lure(family), springs[0])
+            notes += free.notes
+            if free.certificate is None:
+                notes.append("nothing is proved free: no multiplier was found, even at low speed")
     except Uncovered as why:
         notes.append(f"nothing is proved free: {why}")
-    if free is not None and free.certificate is None:
-        notes.append("nothing is proved free: no multiplier was found, even at low speed")
     found = None
     if not any_load and not all(isinstance(simplify(one), Linear) for one in springs):
         found = limit_cycles(family, spring, options)
         notes += found.notes
+    linear = root_locus(family)
+    alone = None
+    if len(springs) > 1:
+        lowest = None if found is None or found.onset is None else found.onset.cycle.speed
+        alone = _alone(family, springs, linear, lowest, notes)
     return Onset(
-        linear=root_locus(family), free=free, cycles=found, any_load=any_load, notes=tuple(notes)
+        linear=linear,
+        free=free,
+        free_at=alone,
+        cycles=found,
+        any_load=any_load,
+        notes=tuple(notes),
     )
+
+
+def _alone(
+    family: AnyFamily,
+    springs: Sequence[Spring],
+    linear: RootLocus,
+    lowest: float | None,
+    notes: list[str],
+) -> tuple[float, Several] | None:
+    """The highest speed found that is proved free, by itself."""
+    ends = [lowest, linear.divergence, linear.flutter and linear.flutter.speed]
+    top = min([one for one in ends if one], default=as_family(family).search_range[1])
+    try:
+        alone = several_highest(family, springs, top)
+    except Uncovered as why:
+        notes.append(f"nothing is proved free: {why}")
+        return None
+    if alone is None:
+        notes.append("nothing is proved free: no multiplier for all springs was found")
+    else:
+        notes.append("with several springs what is proved free is one speed, not those below it")
+        if not alone[1].certified:
+            notes.append(
+                "not certified: there is a checker of two springs, which takes python-flint "
+                "(pip install aeroflutter[certify])"
+            )
+    return alone

@@ -56,6 +56,24 @@ def free_words(free: Absence, flutter: float | None, scale: Scale | None) -> str
     return f"{start} to {end} ({how}; any start, any steady load)"
 
 
+def alone_words(speed: float, certified: bool, flutter: float | None, scale: Scale | None) -> str:
+    """One speed that is proved free, in words."""
+    end = f"{'U*/U*_L' if flutter else 'U*'} = {speed / (flutter or 1.0):.6f}"
+    if scale is not None:
+        end += f", {scale.velocity(speed):.7g} m/s"
+    how = "certified" if certified else "not certified"
+    return f"at {end} alone ({how}; any start, any steady load)"
+
+
+def _alone(one: Any) -> View | None:
+    """The one speed that is proved free, None where there is none."""
+    if one.free_at is None:
+        return None
+    speed, proof = one.free_at
+    ratio = speed / (one.flutter_speed or float("nan"))
+    return View(proof, speed=speed, speed_ratio=ratio)
+
+
 ONSET = layout(
     "flutter_speed",
     Value("divergence_speed", "linear.divergence"),
@@ -69,6 +87,7 @@ ONSET = layout(
             "certified boxes",
         ),
     ),
+    One("proved_free_at", _alone, layout=layout("speed_ratio speed certified")),
     One("lowest_cycle", "lowest", layout=LOWEST),
     One("lowest_stable_cycle", "lowest_stable", layout=LOWEST),
     Value("onset_gap", "gap", key="gap"),

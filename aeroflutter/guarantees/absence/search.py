@@ -42,9 +42,12 @@ _NEGLIGIBLE = 1e-9  # a coefficient of this size is none
 _WORST = 120  # violated rows added at a time
 _WORTH_KEEPING = 0.8  # price of a column that stays in the program
 _FARTHEST = 300.0  # frequency looked at
+_FAR = 0.5  # of the margin, asked for at high frequencies: more, and ripples bind everywhere
 _GOOD = 0.5  # of the margin of the program, kept between its rows
+_EASIER = 0.7  # times that, with every round
 _SOUND = 1e8  # condition of the eigenvectors up to which partial fractions serve
 _HELPS = 1e-3  # a column whose price is above its cost by this is worth having
+_COLUMNS = 150  # columns added at a time, those of the highest prices
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +75,9 @@ class Found:
         mixed = {t: share * new.get(t, 0.0) + (1.0 - share) * old.get(t, 0.0) for t in {*new, *old}}
         kept = sorted((t, c) for t, c in mixed.items() if abs(c) > _NEGLIGIBLE)
         return replace(self, lam=share * lam + (1.0 - share) * self.lam, terms=tuple(kept))
+
+
+_NONE = Found(margin=-np.inf, bound=np.inf, lam=0.0, terms=())
 
 
 class Unsolved(Exception):
@@ -115,11 +121,12 @@ class Multipliers:
         good
             What part of the margin of the program, which knows some frequencies only, is enough.
         """
+        longest, found = longest_time(systems, self.spring), _NONE
         while True:
             try:
-                found = self._at(self.points(systems), longest_time(systems, self.spring), good)
+                found = self._at(self.points(systems), longest, good, found)
             except Unsolved:
-                return Found(margin=-np.inf, bound=-np.inf, lam=0.0, terms=())
+                return replace(_NONE, bound=-np.inf)
             needed = 1.1 * sum(abs(c) for _, c in found.terms) / max(found.lam, 1e-9)
             if not (found.margin > 0.0 and self.reach < needed < _FARTHEST) or self.late:
                 return found
@@ -130,23 +137,32 @@ class Multipliers:
         """Whether the deadline has passed."""
         return thread_time() > self.deadline
 
-    def _at(self, points: Points, longest: float, good: float) -> Found:
-        """The best multiplier on a set of points."""
+    def _at(self, points: Points, longest: float, good: float, known: Found) -> Found:
+        """The best multiplier on a set of points; one of fewer points if it is good on all."""
         candidates, times = choices(longest)
         if isinstance(self.spring, Static):
             candidates, times = (np.r_[-one[::-1], one] for one in (candidates, times))
         rows, times = points.nearest(self.omegas), np.union1d(self.times, times)
-        best = mean = Found(margin=-np.inf, bound=np.inf, lam=0.0, terms=())
+        if known.terms:
+            F = points.excess(known.lam, known.terms)
+            known = replace(known, margin=-float(F.max()))
+            if known.margin > good * max(known.bound, 0.0):
+                return known
+            rows = np.union1d(rows, points.peaks(F, -known.bound))
+            times = np.union1d(times, [t for t, _ in known.terms])
+        best = mean = _NONE
         for i in range(_ROUNDS):
             program = _Program(self.spring, points, rows, times)
             mean = mean.towards(program.lam, program.terms, 1.0 if i < _RAW else _SHARE)
-            F = points.condition(mean.lam, mean.terms)
+            F = points.excess(mean.lam, mean.terms)
             mean = replace(mean, margin=-float(F.max()))
             best = max(best, mean, key=lambda one: one.margin)
             more = points.peaks(F, -program.margin + 1e-3 * abs(program.margin))
             price = program.price(candidates)
-            columns = candidates[tops(price) & (price > 1.0 + _HELPS)]
-            if best.margin > good * max(program.margin, 0.0) or not (more.size or columns.size):
+            helpful = np.flatnonzero(tops(price) & (price > 1.0 + _HELPS))
+            columns = candidates[helpful[np.argsort(-price[helpful])[:_COLUMNS]]]
+            enough = good * _EASIER**i * max(program.margin, 0.0)
+            if best.margin > enough or not (more.size or columns.size):
                 break
             if self.late:
                 break
@@ -198,6 +214,8 @@ class Points:
         self.omega = np.tile(omega, len(systems))
         self.size = omega.size
         self.p, self.q = response.imag / self.omega, response.real - 1.0
+        fastest = np.abs(np.linalg.eigvals(_stiff(systems[0], spring)).imag).max()
+        self.g = 1.0 / (1.0 + self.omega / (fastest or 1.0))
         self.loop = isinstance(spring, Loop)
 
     def of(self, chosen: NDArray[np.bool_]) -> Points:
@@ -231,6 +249,10 @@ class Points:
             return self.p + lam * self.q - np.tile(K, count)
         return (1.0 + np.tile(K, count)) * self.p + (lam + np.tile(L, count)) * self.q
 
+    def excess(self, lam: float, terms: Sequence[tuple[float, float]]) -> Real:
+        """F over the margin asked for, at every point."""
+        return self.condition(lam, terms) / self.g
+
     def peaks(self, F: Real, above: float) -> Index:
         """Points of the local maxima of F above a level."""
         folded = F.reshape(-1, self.size)
@@ -257,12 +279,13 @@ class _Program:
         limit = _LARGEST
         if isinstance(spring, Loop):
             limit = min(_MOST, spring.delta_v / spring.delta_h) * (1.0 - _HEADROOM)
-        table = np.column_stack((np.ones(rows.size), points.q[rows], both))
+        table = np.column_stack((points.g[rows], points.q[rows], both))
         budget = np.r_[0.0, 0.0 if loop else 1.0, np.ones(both.shape[1])]
+        at_infinity = np.r_[_FAR, -1.0, np.zeros(both.shape[1])]
         found = minimum(
             np.r_[-1.0, np.zeros(1 + both.shape[1])],
-            np.vstack((table, budget)),
-            np.r_[-points.p[rows], limit],
+            np.vstack((table, at_infinity, budget)),
+            np.r_[-points.p[rows], 0.0, limit],
             free=1,
         )
         if found is None:
@@ -272,10 +295,10 @@ class _Program:
             c = c[: times.size] - c[times.size :]
         self.terms = tuple((float(t), float(one)) for t, one in zip(times, c, strict=True) if one)
         dual = found.worth
-        count = max(100, _KEPT * int((dual[:-1] > 0.0).sum()))
-        self.tight = rows[np.argsort(found.slack[:-1])[:count]]
-        self.active = rows[dual[:-1] > 0.0]
-        self._dual = dual[:-1][dual[:-1] > 0.0]
+        count = max(100, _KEPT * int((dual[:-2] > 0.0).sum()))
+        self.tight = rows[np.argsort(found.slack[:-2])[:count]]
+        self.active = rows[dual[:-2] > 0.0]
+        self._dual = dual[:-2][dual[:-2] > 0.0]
         self._limit, self._cost = limit, max(float(dual[-1]), 1e-300)
         self._points, self._loop = points, loop
 

@@ -1,4 +1,4 @@
-"""Whether nothing can oscillate with several springs at one speed: a search, sampled only.
+"""Whether nothing can oscillate with several springs at one speed: a search, and a checker of two.
 
 For every spring a weight w, a λ and terms, such that at every frequency the Hermitian part of
 
@@ -6,25 +6,26 @@ For every spring a weight w, a λ and terms, such that at every frequency the He
 
 is negative; z ≥ 0 belong to springs without memory, c to loops (docs/theory/absence.md). A
 Hermitian matrix is negative where ζ* M ζ is for every ζ, and that is linear in the unknowns: a
-linear program whose rows are frequencies with directions, the worst of which are added. There is
-no checker of several springs, so what is found here is never certified.
+linear program whose rows are frequencies with directions, the worst of which are added. What is
+found is sampled; of two springs `joint_checker` proves it, of more nothing is certified.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.guarantees.absence.certificate import Loop, Static
+from aeroflutter.guarantees.absence.certificate import Joint, Loop, Static
 from aeroflutter.guarantees.absence.law import law_of, slopes_of
 from aeroflutter.guarantees.absence.search import tops
+from aeroflutter.model.lure import AnyFamily, as_family
 from aeroflutter.model.system import System
 from aeroflutter.springs import Spring
 
-__all__ = ["Several", "several_at"]
+__all__ = ["Several", "several_at", "several_highest"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -42,12 +43,17 @@ _OPTIMAL = 2e-3
 _FREE = 1e-6  # cost of what costs no friction, so that the program has one answer
 _MISSED = 1e4  # cost of a row that is missed: there may be no answer with the first few times
 _NEGLIGIBLE = 1e-9
+_LEAST = 1e-2  # λ of a spring without memory, over what it may be at most
+_TRIES = 4  # of the search, looking where the checker refuses
+_CHECKED = 2  # springs of which there is a checker
+_RESOLVED = 1.01e-2  # of the highest speed
+_SHARES = (0.99, 0.98, 0.96, 0.92, 0.85, 0.7, 0.5, 0.3, 0.1)  # of that, asked about in this order
 _SMALL = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Several:
-    """What a search found at one speed; sampled, not certified.
+    """What a search found at one speed.
 
     Attributes
     ----------
@@ -58,12 +64,18 @@ class Several:
         Weights and λ of the springs, (m,).
     terms
         Pairs (t, c or z) of each.
+    certificate
+        The claim; None where there is none, or more than two springs.
+    certified
+        Whether the checker has accepted it; else it has only been sampled.
     """
 
     needed: float
     w: tuple[float, ...] = ()
     lam: tuple[float, ...] = ()
     terms: tuple[tuple[tuple[float, float], ...], ...] = ()
+    certificate: Joint | None = None
+    certified: bool = False
 
     @property
     def holds(self) -> bool:
@@ -97,13 +109,64 @@ def several_at(system: System, springs: Sequence[Spring]) -> Several:
     >>> from aeroflutter.model.family import SectionModel
     >>> section = SectionModel(TypicalSection(omega_bar=0.8), springs=("pitch", "heave"))
     >>> half = Bilinear(0.0, 0.5, -0.05, 0.1)  # half the slope inside a gap
-    >>> several_at(section.at(3.0), [Hysteresis(1.0, 0.2), half]).holds
+    >>> several_at(section.at(3.0), [Hysteresis(1.0, 0.2), half]).certified
     True
     """
-    problem = _Problem(system, [law_of(one) for one in springs])
+    laws = [law_of(one) for one in springs]
+    problem = _Problem(system, laws)
     if problem.growth >= 0.0 or problem.weights is None:
         return Several(needed=float("inf"))
-    return problem.solved()
+    for _ in range(_TRIES):
+        found = problem.solved()
+        if not found.holds or len(laws) != _CHECKED:
+            return found
+        claim = _claim(system, laws, found)
+        certified, omega = _judged(claim)
+        if certified or omega is None:
+            return replace(found, certificate=claim, certified=certified)
+        problem.look_at(omega)
+    return replace(found, needed=float("inf"))
+
+
+def several_highest(
+    family: AnyFamily, springs: Sequence[Spring], top: float
+) -> tuple[float, Several] | None:
+    """The highest speed below `top` at which nothing is found to oscillate, to a hundredth of it.
+
+    Each speed is asked about by itself: of those below it nothing is said.
+    """
+    family, best, high = as_family(family), None, top
+    for share in _SHARES:
+        low = share * top
+        found = several_at(family.at(low), springs)
+        if found.holds:
+            best = low, found
+            break
+        high = low
+    while best is not None and high - best[0] > _RESOLVED * top:
+        middle = 0.5 * (best[0] + high)
+        found = several_at(family.at(middle), springs)
+        best, high = ((middle, found), high) if found.holds else (best, middle)
+    return best
+
+
+def _claim(system: System, laws: Sequence[Loop | Static], found: Several) -> Joint:
+    A, B, C = (tuple(map(tuple, M.tolist())) for M in (system.A, system.B, system.C))
+    return Joint(A=A, B=B, C=C, springs=tuple(laws), w=found.w, lam=found.lam, terms=found.terms)
+
+
+def _judged(claim: Joint) -> tuple[bool, float | None]:
+    """Whether the checker accepts a claim, and where else the search should look."""
+    try:
+        from aeroflutter.guarantees.absence.checker import Refused
+        from aeroflutter.guarantees.absence.joint_checker import check_joint
+    except ImportError:
+        return False, None
+    try:
+        check_joint(claim)
+    except Refused as refused:
+        return False, refused.omega if refused.omega is not None else np.nan
+    return True, None
 
 
 class _Problem:
@@ -120,16 +183,30 @@ class _Problem:
         longest = float(_PERIODS * 2.0 * np.pi / ends.min())
         self.reach = max(_REACH, 6.0 * float(ends.max()))
         self.times = np.linspace(0.0, longest, _TIMES + 1)[1:]
-        self.omega = self._frequencies(longest, swinging)
-        resolvent = 1j * self.omega[:, None, None] * np.eye(len(closed)) - closed
         B = system.B * (q - p)
-        H = system.C @ np.linalg.solve(resolvent, B.astype(complex))
-        self.X: Complex = np.asarray(H - np.eye(self.m), dtype=np.complex128)
+        self.closed, self.B, self.C = closed, B, system.C
+        self._see(self._frequencies(longest, swinging))
+        cross = np.abs(self.X * (1.0 - np.eye(self.m))).max(axis=(0, 2))
+        # Along ω → ∞ only λ keeps the form negative: some of it, small against what it may cost.
+        self.least = _LEAST / float(ends.max()) / (1.0 + cross**2)
         self.loops = [i for i, law in enumerate(laws) if isinstance(law, Loop)]
         self.static = [i for i in range(self.m) if i not in self.loops]
         # δ/D of every loop: what a unit of its c takes of its friction
         self.cost = np.array([law.delta_h / law.delta_v for law in laws if isinstance(law, Loop)])
         self.weights = _balanced(-system.C @ np.linalg.solve(closed, B), self.loops)
+
+    def _see(self, omega: Real) -> None:
+        """The response at these frequencies."""
+        self.omega = omega
+        resolvent = 1j * omega[:, None, None] * np.eye(len(self.closed)) - self.closed
+        H = self.C @ np.linalg.solve(resolvent, self.B.astype(complex))
+        self.X: Complex = np.asarray(H - np.eye(self.m), dtype=np.complex128)
+
+    def look_at(self, omega: float) -> None:
+        """Take more frequencies into account: around one, or everywhere where it is NaN."""
+        near = omega + (self.omega[1] - self.omega[0]) * np.linspace(-1.0, 1.0, 9)
+        between = 0.5 * (self.omega[1:] + self.omega[:-1]) if np.isnan(omega) else near
+        self._see(np.unique(np.r_[self.omega, between[between > 0.0]]))
 
     def _frequencies(self, longest: float, swinging: Real) -> Real:
         steps = np.arange(1, int(2.0 * longest * self.reach**0.5 / _STEP) + 2)
@@ -259,7 +336,9 @@ class _Program:
             np.r_[1.0, np.full(self.starts[-1] - 1, _FREE), _MISSED],
             np.vstack((table, limits)),
             np.r_[-(along.imag / problem.omega[rows][:, None]) @ weights, np.zeros(len(limits))],
-            bounds=(0.0, None),
+            bounds=[
+                (one, None) for one in np.r_[0.0, problem.least, np.zeros(table.shape[1] - 1 - m)]
+            ],
             method="highs-ds",
         )
         self.x = answer.x if answer.status == 0 else None
