@@ -25,7 +25,7 @@ from aeroflutter.springs import Spring
 __all__ = ["Absence", "absence", "absence_at", "highest_sampled"]
 
 _SAMPLES = 400  # speeds at which the linear section is looked at
-_RESOLVED = 3e-5  # of the highest speed
+_RESOLVED = 1e-4  # of the highest speed
 _BUDGET = 60.0  # seconds of the processor for each half of the search: hard cases take hours
 _BACK_OFF = (0.0, 1e-5, 1e-4, 1e-3, 1e-2)  # of a speed that the checker does not grant
 _DOWN_TO = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1)  # of the first piece's upper end
