@@ -247,3 +247,9 @@ def test_what_ails_dask_is_raised_and_not_logged(monkeypatch) -> None:
     assert cluster._client("tcp://127.0.0.1:1") == "tcp://127.0.0.1:1"
     for name in ("distributed", "distributed.client", "distributed.client.x"):
         assert not logging.getLogger(name).isEnabledFor(logging.ERROR)
+
+
+@pytest.mark.parametrize("command", ["simulate", "loop", "rootlocus"])
+def test_a_speed_next_to_nothing_is_refused(capsys, command: str) -> None:
+    assert main([command, "run14", "--speed", "1e-320"]) == 2
+    assert last_line(capsys) == "aeroflutter: speed: 9.99989e-321 is too slow; give 1e-30 or more"

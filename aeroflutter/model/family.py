@@ -20,6 +20,9 @@ __all__ = ["Family", "FixedModel", "SampledModel", "SectionModel"]
 ROUND_OFF = 1e-9
 """By which a speed may lie beyond the samples, relative."""
 
+SLOWEST = 1e-30
+"""Speed below which the section's matrices, polynomials in 1/U, are not looked at."""
+
 Matrices = tuple[Real, Real, Real, Real]
 
 
@@ -192,7 +195,7 @@ class SectionModel:
     def stack(self, speeds: ArrayLike) -> Matrices:
         """``A`` (…, n, n), ``B`` (…, n, m), ``C`` (…, m, n), ``d`` (…, n), speeds of any shape."""
         terms = self.terms
-        v = (1.0 / np.asarray(speeds, dtype=float))[..., None, None]
+        v = _inverse(speeds)[..., None, None]
         A = terms.A0 + v * terms.A1 + v**2 * terms.A2
         return (
             A,
@@ -204,7 +207,7 @@ class SectionModel:
     def derivative(self, speeds: ArrayLike) -> Matrices:
         """Derivatives of ``stack`` with respect to the speed."""
         terms = self.terms
-        v = (1.0 / np.asarray(speeds, dtype=float))[..., None, None]
+        v = _inverse(speeds)[..., None, None]
         dA = -(v**2) * terms.A1 - 2 * v**3 * terms.A2
         return (
             dA,
@@ -212,6 +215,14 @@ class SectionModel:
             np.zeros((*v.shape[:-2], *terms.C.shape)),
             (np.zeros(dA.shape[:-1])),
         )
+
+
+def _inverse(speeds: ArrayLike) -> Real:
+    given = np.asarray(speeds, dtype=float)
+    slowest = np.min(np.abs(given), initial=np.inf)
+    if slowest < SLOWEST:
+        raise InputError([f"speed: {slowest:g} is too slow; give {SLOWEST:g} or more"])
+    return np.asarray(1.0 / given)
 
 
 @dataclass(frozen=True, eq=False)
