@@ -70,7 +70,7 @@ LINES: dict[str, list[str]] = {
     "spring": ["", "--path-deg 0,3,-3,1", "--amplitudes-deg 0.5,1 --bias-deg 0.1"],
     "simulate": ["--speed-ratio 0.9 --duration 20", "--sweep 0.9,0.95 --duration 50",
                  "--speed 3 --engine houbolt --duration 20", "--speed 3 --figure psd"],
-    "chaos": ["--speed-ratio 0.95 --cycles 20 --transient 5", "--speed 2,3 --cycles 9"],
+    "chaos": ["--speed-ratio 0.95 --cycles 40 --transient 5", "--speed 2,3 --cycles 40"],
     "map": ["--speed 1,2 --alpha-deg 1,2 --workers 0 --duration 20", "--speed-ratio 0.5 --workers 0"
             " --x section.mu=50,100 --alpha-deg 1,2 --duration 20 --refine --tolerance 0.5"],
     "sweep": ["--vary section.mu=normal(100,5) --sample 2 --workers 0",

@@ -46,7 +46,7 @@ PRINTING = {
     "loop": "loop run14 --speed-ratio 0.95",
     "spring": "spring run14",
     "simulate": "simulate run14 --speed-ratio 0.9",
-    "chaos": "chaos run14 --speed-ratio 0.95 --cycles 20 --transient 5",
+    "chaos": "chaos run14 --speed-ratio 0.95 --cycles 40 --transient 5",
     "map": "map run14 --speed 2,3 --alpha-deg 1,2 --workers 0",
     "sweep": "sweep run14 --vary section.mu=normal(100,5) --sample 3 --workers 0",
     "warmup": "warmup",
