@@ -9,7 +9,8 @@ goes on where the file ends, case by case, and prints what it holds. Each random
 - whether the checker accepts a certificate in which one number has been changed, although the
   condition, sampled densely by formulas of this file, is then violated;
 - whether a saved certificate is read after the last bit of one number has been changed;
-- how far below the lowest cycle the highest certified speed lies, of a ladder of distances.
+- how far below the lowest cycle, or divergence, the highest certified speed lies, of a ladder
+  of distances.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.guarantees.absence import Absence, Certificate, absence_at
 from aeroflutter.guarantees.absence.certificate import Loop
 from aeroflutter.guarantees.absence.checker import Refused, check
-from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.linear.rootlocus import flutter_speed, root_locus
 from aeroflutter.motion.endstates import end_states
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.response import STATES
@@ -99,8 +100,10 @@ def attacked(number: int) -> dict[str, Any]:
         lowest = None if found is None else found.cycle.speed
     except TimeoutError:
         facts["unknown"] = f"lowest cycle: more than {CYCLES:g} s of CPU"
-    facts |= {"flutter": flutter, "lowest": lowest}
-    free = nearest(family, law, min(flutter, lowest or np.inf))
+    # Beyond flutter, divergence and the lowest cycle nothing can be proved.
+    limit = min(flutter, root_locus(family).divergence or np.inf, lowest or np.inf)
+    facts |= {"flutter": flutter, "lowest": lowest, "limit": limit}
+    free = nearest(family, law, limit)
     facts["certified"] = None if free is None else free.high
     if free is not None and free.certificate is not None:
         facts["ends"] = motions(family, law, free.high, rng)
@@ -243,7 +246,7 @@ def summary(cases: list[dict[str, Any]]) -> Iterator[tuple[str, float, str, floa
     yield "spoiled certificates", len(spoils), "", None
     yield "of them accepted and still true", spoils.count("harmless"), "", None
     yield "of them accepted and false", spoils.count("WRONG"), "", 0.0
-    pairs = [(one["omega_bar"], one["certified"] / one["lowest"]) for one in asked if one["lowest"]]
+    pairs = [(one["omega_bar"], one["certified"] / one["limit"]) for one in asked if one["lowest"]]
     omega, ratio = np.array(pairs).reshape(-1, 2).T
     yield "certified at or above the lowest cycle", float((ratio >= 1.0).sum()), "", 0.0
     for low, high in pairwise(BANDS):
@@ -252,7 +255,7 @@ def summary(cases: list[dict[str, Any]]) -> Iterator[tuple[str, float, str, floa
             yield f"omega_bar from {low:g} to {high:g}: cases", here.size, "", None
             for part in (0.5, 0.25, 0.05, 0.0):
                 yield (
-                    f"    bound over lowest cycle, quantile {part:g}",
+                    f"    bound over lowest cycle or divergence, quantile {part:g}",
                     float(np.quantile(here, part)),
                     "",
                     None,
