@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.model.coordinates import named_rows
+from aeroflutter.model.lure import as_system
 from aeroflutter.motion._kernel_flow import DONE, FULL, OVERFLOW, STUCK
 from aeroflutter.motion.endstates import EndOptions, EndState, end_state
 from aeroflutter.motion.flow import Flow
@@ -128,8 +129,9 @@ def _measures(end: EndState) -> dict[str, Any]:
 
 def _least(flow: Flow) -> float:
     """How long a recorded march goes on for at least."""
-    slopes = [np.full(flow.m, slope) for slope in (0.0, 1.0)]
-    _, longest = period_range(flow.system, slopes)
+    system = as_system(flow.system)
+    slopes = [np.full(len(system.C), slope) for slope in (0.0, 1.0)]  # friction adds to flow.m
+    _, longest = period_range(system, slopes)
     return float(np.fmin(LEAST, ENOUGH * longest))
 
 
