@@ -7,6 +7,8 @@ import json
 import logging
 import os
 import signal
+import subprocess
+import sys
 import time
 import zipfile
 from pathlib import Path
@@ -253,3 +255,10 @@ def test_what_ails_dask_is_raised_and_not_logged(monkeypatch) -> None:
 def test_a_speed_next_to_nothing_is_refused(capsys, command: str) -> None:
     assert main([command, "run14", "--speed", "1e-320"]) == 2
     assert last_line(capsys) == "aeroflutter: speed: 9.99989e-321 is too slow; give 1e-30 or more"
+
+
+def test_a_case_file_is_written_without_docstrings(tmp_path: Path) -> None:
+    """`python -OO` takes them away."""
+    words = [sys.executable, "-OO", "-m", "aeroflutter", "init", str(tmp_path / "a.toml")]
+    subprocess.run(words, check=True, capture_output=True)
+    assert load_case(tmp_path / "a.toml").spring.kind == "hysteresis"

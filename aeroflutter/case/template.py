@@ -97,7 +97,8 @@ def _springs(kind: str) -> Iterator[str]:
 def _keys(model: type[schema.Table], tag: str = "", leave: Collection[str] = ()) -> Iterator[str]:
     if tag:
         meaning = (model.__doc__ or "").strip().rstrip(".")
-        yield f"{tag:<{_WIDTH}}# {meaning[0].lower()}{meaning[1:]}"
+        line = f"{tag:<{_WIDTH}}# {meaning[:1].lower()}{meaning[1:]}"
+        yield line if meaning else tag  # `python -OO` has no docstrings
     for name, field in model.model_fields.items():
         if name in _TAGS or name in leave:
             continue
