@@ -1,4 +1,4 @@
-"""Maps and marches of two checkouts in turn: CPU time, and how many cells stay undecided.
+"""Analyses of one spring of two checkouts in turn: CPU time, and how many cells stay undecided.
 
     python -m benchmarks.paired_verdicts BEFORE AFTER [ROUNDS]
 
@@ -22,9 +22,15 @@ try:
     from aeroflutter.linear.rootlocus import flutter_speed
     from aeroflutter.model.aerodynamics import QuasiSteady
     from aeroflutter.motion.response import Initial, SimulateOptions, simulate
+    from aeroflutter.orbits.cycles import limit_cycles
+    from aeroflutter.orbits.describing import describing_curve
+    from aeroflutter.orbits.harmonic import harmonic_balance
     from aeroflutter.studies.maps import Axis, Grid, SpeedPitch, flutter_map
 except ImportError:
     from aeroflutter import QuasiSteady
+    from aeroflutter.cycles import limit_cycles
+    from aeroflutter.describing import describing_curve
+    from aeroflutter.harmonic import harmonic_balance
     from aeroflutter.timemarch import Initial, SimulateOptions, simulate
     from aeroflutter.maps import Axis, Grid, SpeedPitch, flutter_map
     from aeroflutter.rootlocus import flutter_speed
@@ -35,12 +41,16 @@ for name, bar, dv, dh, low in (("run 14", 0.8, 1.0, 0.2, 0.85), ("run 102", 0.2,
     spring, flutter = Hysteresis(dv * degree, dh * degree), flutter_speed(family)
     grid = Grid(Axis("speed_ratio", np.linspace(low, 0.999, 40)),
                 Axis("initial.alpha_deg", np.linspace(1.0, 15.0, 25)))
-    cells, cost, count = SpeedPitch(family, spring, grid, flutter), [], 0
-    for _ in range(4):
-        done = flutter_map(cells)
-        cost.append(1e6 * done.cpu_seconds / 1000)
-        count = done.count("undecided")
-    found[f"map of {name}: a cell, us"], found[f"map of {name}: undecided"] = min(cost), count
+    square = Grid(Axis("speed_ratio", np.linspace(low, 0.999, 60)),
+                  Axis("initial.alpha_deg", np.linspace(1.0, 15.0, 60)))
+    for of, size in ((grid, "40 x 25"), (square, "60 x 60")):
+        cells, cost, count = SpeedPitch(family, spring, of, flutter), [], 0
+        for _ in range(4):
+            done = flutter_map(cells)
+            cost.append(1e6 * done.cpu_seconds / done.state.size)
+            count = done.count("undecided")
+        found[f"{size} map of {name}: a cell, us"] = min(cost)
+        found[f"{size} map of {name}: undecided"] = count
     options = SimulateOptions(record=False)
     marches = [(family.at(r * flutter), Initial(alpha=a * degree))
                for r in np.linspace(low, 0.99, 10) for a in (2.0, 5.0, 9.0)]
@@ -58,6 +68,14 @@ for name, bar, dv, dh, low in (("run 14", 0.8, 1.0, 0.2, 0.85), ("run 102", 0.2,
                  SimulateOptions(engine="houbolt", record=False, duration=5000.0, decide=False))
         cost.append(1e3 * (time.process_time() - begin))
     found[f"Houbolt of {name}, 50 000 steps, ms"] = min(cost)
+    for analysis in (describing_curve, harmonic_balance, limit_cycles):
+        analysis(family, spring)
+        cost = []
+        for _ in range(2):
+            begin = time.process_time()
+            analysis(family, spring)
+            cost.append(time.process_time() - begin)
+        found[f"{analysis.__name__} of {name}, s"] = min(cost)
 light = SectionFamily(TypicalSection(omega_bar=0.8, zeta_alpha=0.001, zeta_xi=0.001), QuasiSteady())
 speed, ends = 0.3 * flutter_speed(light), []
 begin = time.process_time()

@@ -211,26 +211,32 @@ def test_a_heave_spring_may_come_first(tmp_path: Any, capsys: pytest.CaptureFixt
     assert one["springs"][0]["at"] == "pitch"
 
 
-def test_a_spring_in_heave_alone_is_told_by_the_pitch_beside_it(
+def test_a_spring_in_heave_alone_is_told_in_semichords(
     tmp_path: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The curve is that of the gap itself, its amplitudes those of pitch on the same cycles."""
-    file = tmp_path / "support.toml"
-    file.write_text(
-        "[section]\nomega_bar = 0.2\nzeta_xi = 0.01\nzeta_alpha = 0.01\n"
-        '[spring]\nat = "heave"\nkind = "freeplay"\ngap = 0.02\n'
-    )
-    options = CycleOptions(simulations=0)
-    (alone,) = cycles_at(load_case(file), speed_ratio=1.03, options=options).cycles
-    assert alone.coordinates[0].amplitude == pytest.approx(alone.amplitude, rel=1e-12)
-    found = said(capsys, "lco", str(file), "--speed-ratio", "1.03", "--simulations", "0")
-    (cycle,) = found["cycles"]
-    assert cycle["symmetric"]
-    told = np.degrees(alone.coordinates[1].amplitude)
-    assert cycle["amplitude_deg"] == pytest.approx(told, rel=1e-6)
-    gap = ["--set", "spring.gap=0.01", "--speed-ratio", "1.03"]
-    half = said(capsys, "simulate", str(file), *gap, "--alpha-deg", "0.1")
-    assert [one["name"] for one in half["coordinates"]] == ["heave", "pitch"]
+    """And where a pitch hinge without a gap comes first, of pitch: the same cycle."""
+    sections = "[section]\nomega_bar = 0.2\nzeta_xi = 0.01\nzeta_alpha = 0.01\n"
+    gap = 'at = "heave"\nkind = "freeplay"\ngap = 0.02\n'
+    tight = '[[spring]]\nat = "pitch"\nkind = "freeplay"\ngap_deg = 0\n'
+    found = []
+    for name, springs in (("one", f"[spring]\n{gap}"), ("two", f"{tight}[[spring]]\n{gap}")):
+        file = tmp_path / f"{name}.toml"
+        file.write_text(sections + springs)
+        ratio = ("--speed-ratio", "1.03", "--simulations", "0")
+        (cycle,) = said(capsys, "lco", str(file), *ratio)["cycles"]
+        found.append({one["name"]: one["amplitude"] for one in cycle["coordinates"]})
+        assert cycle["symmetric"]
+        told = (cycle["amplitude_deg"], found[-1]["pitch"])
+        if name == "one":
+            assert cycle["amplitude_deg"] is None
+            told = (cycle["springs"][0]["amplitude"], found[-1]["heave"])
+        assert told[0] == pytest.approx(told[1], rel=1e-9)
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    start = ("--speed-ratio", "0.9", "--alpha-deg", "2")  # of pitch, whichever is told of
+    run = said(capsys, "simulate", str(tmp_path / "one.toml"), *start)
+    assert run["alpha_deg"] == 2.0
+    assert abs(run["rest"]) < 0.01
+    assert run["rest_deg"] is None
 
 
 def test_a_map_over_one_of_two_gaps(worn: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -250,15 +250,12 @@ class Case:
     def led_by_an_angle(self) -> Case:
         """The case with a spring in an angle before the others, if it has one.
 
-        What is told as the amplitude is that of the first spring; degrees are for angles. Beside
-        springs in heave alone it is the linear one that a section has in pitch.
+        What is told as the amplitude is that of the first spring; degrees are for angles.
         """
         outside = outputs(self.springs)
         units = self.model().units
-        if units[0] == "rad":
+        if units[0] == "rad" or "rad" not in units:
             return self
-        if "rad" not in units:
-            return self._led_by_pitch()
         lead = next(i for i, one in enumerate(self.springs) if one is outside[units.index("rad")])
         order = [lead, *(i for i in range(len(self.springs)) if i != lead)]
         tables = self.tables
@@ -268,17 +265,6 @@ class Case:
             rest = iter(initial["memory"])
             held = {i: next(rest) for i, one in enumerate(self.springs) if remembers(one.spring)}
             initial["memory"] = [held[i] for i in order if i in held]
-        return build_case(tables, self.source)
-
-    def _led_by_pitch(self) -> Case:
-        if self.imported is not None or all(one.spring.kind == "linear" for one in self.springs):
-            return self
-        tables = self.tables
-        given = tables["spring"] if isinstance(tables["spring"], list) else [tables["spring"]]
-        pitch = [one for one in given if one.get("at", "pitch") == "pitch"]
-        lead = pitch[0] if pitch else {"at": "pitch", "kind": "linear"}
-        others = [one for one in given if one is not lead]
-        tables["spring"] = [lead | {"outside": True}, *others]
         return build_case(tables, self.source)
 
     def displaced(self, alpha: float) -> InitialMotion | SectionMotion | ModelMotion:

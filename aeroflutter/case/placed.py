@@ -12,7 +12,6 @@ from aeroflutter.case import schema
 from aeroflutter.case.check import CheckedTable, check_variant, show
 from aeroflutter.case.engineering import clashes, convert, named, spring_rules
 from aeroflutter.model.equations import COORDINATES
-from aeroflutter.springs.static import Led
 
 __all__ = ["PlacedSpring", "PlacedSprings", "build_springs", "outputs", "places", "remembers"]
 
@@ -57,8 +56,7 @@ class PlacedSprings:
 
 def outputs(springs: Sequence[PlacedSpring]) -> list[PlacedSpring]:
     """The springs that stand outside of the linear system: those that are not linear, or one."""
-    stand = [one for one in springs if one.spring.kind != "linear" or isinstance(one.spring, Led)]
-    return stand or list(springs[:1])
+    return [item for item in springs if item.spring.kind != "linear"] or list(springs[:1])
 
 
 def remembers(spring: springs.Spring) -> bool:
@@ -116,7 +114,7 @@ def _build(
 ) -> tuple[PlacedSpring | None, CheckedTable]:
     if not isinstance(given, dict):
         return None, check_variant(name, "kind", schema.SPRINGS, given)
-    place = {key: given[key] for key in ("at", "stiffness", "outside") if key in given}
+    place = {key: given[key] for key in ("at", "stiffness") if key in given}
     problems = _place_problems(name, place, places)
     at = place.get("at", "pitch")
     angle = not isinstance(at, str) or places.get(at, "rad") == "rad"
@@ -127,8 +125,6 @@ def _build(
     if spring is None or table.problems:
         return None, table
     table.values = place | table.values
-    if place.get("outside") and isinstance(spring, springs.Linear):
-        spring = Led()
     return PlacedSpring(spring, place.get("at", "pitch"), float(place.get("stiffness", 1.0))), table
 
 
@@ -147,8 +143,6 @@ def _place_problems(name: str, place: Mapping[str, Any], places: Mapping[str, st
     number = isinstance(stiffness, int | float) and not isinstance(stiffness, bool)
     if not (number and 0 < stiffness <= schema.LARGEST):
         problems.append(f"{name}.stiffness: must be {schema.POSITIVE}, not {show(stiffness)}")
-    if not isinstance(place.get("outside", False), bool):
-        problems.append(f"{name}.outside: must be true or false, not {show(place['outside'])}")
     return problems
 
 

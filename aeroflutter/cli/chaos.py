@@ -20,7 +20,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
-from aeroflutter.results.unit import spoken_unit, told
+from aeroflutter.results.unit import spoken_unit, start_unit, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -176,7 +176,7 @@ class _Study:
 
     def known(self) -> dict[str, Any]:
         """What is the same at every value."""
-        return {"flutter_speed": self.flutter, "alpha_deg": told(self.start.alpha)}
+        return {"flutter_speed": self.flutter, "alpha_deg": self.start.alpha * start_unit().factor}
 
     def facts(self, value: float) -> dict[str, Any]:
         """Speed, its ratio and the damping at a value."""

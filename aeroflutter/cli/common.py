@@ -27,7 +27,7 @@ from aeroflutter.cli.show import (
 )
 from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.results.plain import plain
-from aeroflutter.results.unit import native, speak
+from aeroflutter.results.unit import speak, start_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -422,4 +422,4 @@ def initial_motion(case: Case, alpha_deg: float | None) -> Initial:
         return Initial(**case.initial._asdict())
     if not math.isfinite(alpha_deg):
         raise InputError(f"--alpha-deg: {alpha_deg!r} is not finite; give a number of degrees")
-    return Initial(**case.displaced(native(alpha_deg))._asdict())
+    return Initial(**case.displaced(alpha_deg / start_unit().factor)._asdict())

@@ -28,7 +28,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.keeping import Keeping, compute
 from aeroflutter.errors import InputError
-from aeroflutter.results.unit import spoken_unit, told
+from aeroflutter.results.unit import start_unit, told
 
 if TYPE_CHECKING:
     import numpy as np
@@ -244,7 +244,7 @@ def axes(
 
 def sizes(case: Case) -> str:
     """Where motions start if nothing is said: of what is no angle, by the size of the spring."""
-    if spoken_unit().suffix:
+    if start_unit().suffix:
         return ALPHA_DEG
     size = told(case.spring.scale)
     return f"{size:.3g}:{15.0 * size:.3g}:29"

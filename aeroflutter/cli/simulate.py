@@ -22,7 +22,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.cli.progress import late_bar
 from aeroflutter.errors import InputError
-from aeroflutter.results.unit import native, spoken_unit, told
+from aeroflutter.results.unit import native, spoken_unit, start_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -238,7 +238,7 @@ def _sweeps(
         {
             "title": case.title,
             "flutter_speed": reference,
-            "alpha_deg": told(start.alpha),
+            "alpha_deg": start.alpha * start_unit().factor,
             "sweeps": found,
         },
         text=lambda: _show_sweeps(case, found, scale),
@@ -255,7 +255,8 @@ def _sweeps(
 
 def _starts(passes: Sequence[Sweep], start: Initial) -> tuple[str, str]:
     """Where either pass starts: the second from the first one's end, if that was a cycle."""
-    initial = f"from the initial motion, {told(start.alpha):.6g} {spoken_unit().name}"
+    unit = start_unit()
+    initial = f"from the initial motion, {start.alpha * unit.factor:.6g} {unit.name}"
     last = passes[0].state[-1]
     if last in ("lco", "aperiodic"):
         return initial, "from where the way out ended"

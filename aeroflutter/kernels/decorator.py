@@ -39,6 +39,7 @@ def kernel(
     bare: bool = False,
     apart: bool = False,
     patience: float = 0.0,
+    whole: bool = False,
 ) -> Callable[[Function], Function]: ...
 def kernel(
     function: Callable[..., Any] | None = None,
@@ -51,6 +52,7 @@ def kernel(
     bare: bool = False,
     apart: bool = False,
     patience: float = 0.0,
+    whole: bool = False,
 ) -> Any:
     """Compile a function with numba when it is first called, and keep the machine code on disk.
 
@@ -81,6 +83,9 @@ def kernel(
         Of an entry point: other kernels call its machine code, instead of taking it into their own.
     patience
         Of an entry point that does not repay compiling at once: see `Patient`.
+    whole
+        Of an entry point that calls others for a microsecond at a time, with many arguments: they
+        are made part of it. What has loops of its own to be made fast of is better off apart.
 
     Returns
     -------
@@ -93,7 +98,7 @@ def kernel(
     """
 
     def decorate(decorated: Callable[..., Any]) -> Any:
-        dispatcher = _dispatcher(decorated, inner=inner, inline=inline, bare=bare)
+        dispatcher = _dispatcher(decorated, inner=inner, inline=inline, bare=bare, whole=whole)
         if entry and dispatcher is not decorated:
             ENTRIES[f"{decorated.__module__}.{decorated.__qualname__}"] = dispatcher
             if not others:
@@ -147,12 +152,14 @@ class Patient:
             self._left -= thread_time() - begun - (compiling_time() - compiled)
 
 
-def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline, bare: bool) -> Any:
+def _dispatcher(
+    function: Callable[..., Any], *, inner: bool, inline: Inline, bare: bool, whole: bool
+) -> Any:
     from numba import njit
     from numba.core import config
     from numba.extending import register_jitable
 
-    from aeroflutter.kernels.libraries import DraftCompiler, EntryCompiler
+    from aeroflutter.kernels.libraries import DraftCompiler, EntryCompiler, WholeCompiler
     from aeroflutter.kernels.notice import listen
     from aeroflutter.kernels.store import KernelCache, is_kernel_module
 
@@ -173,7 +180,8 @@ def _dispatcher(function: Callable[..., Any], *, inner: bool, inline: Inline, ba
         options["_nrt"] = False
     if inner:
         return register_jitable(pipeline_class=DraftCompiler, **options)(function)
-    dispatcher: Any = njit(nogil=True, pipeline_class=EntryCompiler, **options)(function)
+    compiler = WholeCompiler if whole else EntryCompiler
+    dispatcher: Any = njit(nogil=True, pipeline_class=compiler, **options)(function)
     dispatcher._cache = KernelCache(function)
     return dispatcher
 

@@ -20,7 +20,7 @@ from numba.core.imputils import impl_ret_new_ref, lower_builtin
 from numba.core.targetconfig import ConfigStack
 from numba.core.typing.templates import AbstractTemplate, infer_global
 
-__all__ = ["Apart", "DraftCompiler", "EntryCompiler", "needs", "ready"]
+__all__ = ["Apart", "DraftCompiler", "EntryCompiler", "WholeCompiler", "needs", "ready"]
 
 PREFIX = "aeroflutter.apart."
 ENVIRONMENT = "_ZN08NumbaEnv"  # with which numba's names of environments begin
@@ -29,7 +29,20 @@ _apart: dict[str, Apart] = {}
 
 
 class _Entry(JITCodeLibrary):
-    """The code of an entry point with all that it calls, which nobody else can call.
+    """The code of an entry point with all that it calls."""
+
+    def _finalize_specific(self) -> None:
+        super()._finalize_specific()
+        for variable in self._final_module.global_variables:  # drafts have left that to it
+            if variable.name.startswith(ENVIRONMENT):
+                environment = lookup_environment(variable.name)
+                if environment is not None:
+                    codegen: Any = self._codegen
+                    codegen.set_env(variable.name, environment)
+
+
+class _Whole(_Entry):
+    """The same where nobody else can call what it calls.
 
     So what is called once becomes part of its caller, and what is not used is not handed over: a
     system and a motion are three hundred numbers in the registers and on the stack.
@@ -44,15 +57,6 @@ class _Entry(JITCodeLibrary):
             if not function.is_declaration and function.name not in self._own:
                 function.linkage = "internal"
         super()._optimize_final_module()
-
-    def _finalize_specific(self) -> None:
-        super()._finalize_specific()
-        for variable in self._final_module.global_variables:  # drafts have left that to it
-            if variable.name.startswith(ENVIRONMENT):
-                environment = lookup_environment(variable.name)
-                if environment is not None:
-                    codegen: Any = self._codegen
-                    codegen.set_env(variable.name, environment)
 
 
 class _Draft(JITCodeLibrary):
@@ -110,6 +114,12 @@ class EntryCompiler(_Into):
         flags: Any = ConfigStack.top_or_none()  # a copy, for what is called
         flags.no_cpython_wrapper, flags.release_gil = True, False
         return super().define_pipelines()
+
+
+class WholeCompiler(EntryCompiler):
+    """For what Python calls and is one function with what it calls."""
+
+    library_class = _Whole
 
 
 class DraftCompiler(_Into):

@@ -7,7 +7,7 @@ a motion first enters it, and kept.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -147,6 +147,9 @@ class Flow:
     derivative
         dA (n, n) and dB (n, m) with respect to a parameter, whose effect on the motion is then the
         last column of a passage's Jacobian.
+    tables
+        Makes the tables of all modes from their generators and the derivatives of those, instead of
+        `step_tables.build`; asked where there are few modes and no law slides.
 
     Raises
     ------
@@ -170,9 +173,24 @@ class Flow:
         springs: Sequence[Spring],
         step_cap: float | None = None,
         derivative: tuple[Array, Array] | None = None,
+        tables: Callable[[Array, Array], StepTables] | None = None,
     ) -> None:
         self._blank(system, springs, step_cap, derivative)
-        _fill([self])
+        places = np.arange(self.arrays.lookup.size)
+        if tables is None or self.sliders.size or places.size > AT_ONCE:
+            _fill([self])
+        else:
+            generators, changes = self.generators(places)
+            self._take(places, tables(generators, changes))
+
+    @classmethod
+    def bare(
+        cls, system: Any, springs: Sequence[Spring], derivative: tuple[Array, Array] | None = None
+    ) -> Flow:
+        """One whose modes have no tables yet."""
+        flow = cls.__new__(cls)
+        flow._blank(system, springs, None, derivative)
+        return flow
 
     @classmethod
     def many(
@@ -241,6 +259,13 @@ class Flow:
             for piece, stride in zip(self.pieces, strides, strict=True)
         ]
         return np.stack(columns, axis=-1)
+
+    def generators(self, places: Index) -> tuple[Array, Array]:
+        """[A, B] of the modes at these places, (k, n, n+q), and their derivatives."""
+        slopes = self.slopes_at(places)
+        change = self._d(slopes)
+        made = _closed(self.A, self._pushes, self.C, slopes)
+        return made, np.zeros_like(made) if change is None else change
 
     def prepare(self, places: Index) -> None:
         """Make the tables of the modes at these places of `lookup`, and of those beside them."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -222,14 +223,17 @@ class March:
         step = np.minimum(np.searchsorted(ends, self.times[chosen]), count - 1)
         tables = log[step, 1].astype(np.int64)
         width = flow.arrays.noise.shape[1]
-        for p in np.unique(tables):
-            rows = chosen[tables == p]
-            own = step[tables == p]
-            used, place = np.unique(own, return_inverse=True)
-            matrices = flow.arrays.flow[p, :WIDTH].reshape(WIDTH, flow.n, width)
-            coefficients = np.moveaxis(matrices @ log[used, 2 : 2 + width].T, 2, 0)
-            s = (self.times[rows] - log[own, 0]) / flow.arrays.step[p]
-            self.states[rows] = _horner(coefficients, place, np.maximum(s, 0.0)[:, None])
+        powers = np.ones((chosen.size, WIDTH))
+        into = (self.times[chosen] - log[step, 0]) / flow.arrays.step[tables]
+        powers[:, 1:] = np.maximum(into, 0.0)[:, None]
+        np.multiply.accumulate(powers, axis=1, out=powers)
+        first = np.flatnonzero(
+            np.diff(step, prepend=-1)
+        )  # samples that share a step are neighbours
+        entries = log[step[first], 2 : 2 + width]
+        for i, (a, b) in enumerate(pairwise((*first, chosen.size))):
+            matrices = flow.arrays.flow[tables[a], :WIDTH].reshape(WIDTH, flow.n, width)
+            self.states[chosen[a:b]] = powers[a:b] @ (matrices @ entries[i])
         if chosen.size:
             modes = log[step, 2 + width : 2 + width + flow.m].astype(np.int64)
             self._springs(chosen, modes, log[step, 2 + width + flow.m :])
@@ -260,14 +264,6 @@ class March:
             at = modes[:, i] == STUCK_MODE
             rows = flow.outputs[log[at, 0].astype(np.int64), i]
             self.moments[chosen[at], i] = np.sum(rows * entries[at], axis=1) / gains[i]
-
-
-def _horner(coefficients: Array, place: NDArray[np.int64], s: Array) -> Array:
-    """Polynomials (steps, WIDTH, n) of the steps at `place`, at s (k, 1)."""
-    states = coefficients[place, WIDTH - 1]
-    for power in range(WIDTH - 2, -1, -1):
-        states = states * s + coefficients[place, power]
-    return np.asarray(states)
 
 
 @cache

@@ -20,11 +20,11 @@ from math import comb, factorial, prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.motion._kernel_roots import DEGREE, SPACE, WIDTH
 
-__all__ = ["StepTables", "build", "padded"]
+__all__ = ["StepTables", "balance", "build", "completed", "padded"]
 
 Array = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ def balance(A: Array) -> Array:
 
 
 def build(
-    generator: Array, C: Array, cap: float = np.inf, d_generator: Array | None = None
+    generator: Array, C: Array, cap: ArrayLike = np.inf, d_generator: Array | None = None
 ) -> StepTables:
     """Tables of the modes with these generators.
 
@@ -161,7 +161,7 @@ def build(
     C
         Outputs y = C x, (m, n), or in each mode y = C (x, u), (k, m, n+q).
     cap
-        Longest step allowed; infinity leaves it to the series.
+        Longest step allowed, one for all or (k,); infinity leaves it to the series.
     d_generator
         Derivative of the generators with respect to a parameter, (k, n, n+q).
     """
@@ -172,8 +172,10 @@ def build(
     norm = np.max(np.sum((np.abs(generator) * weights)[..., :n], axis=2), axis=1)
     unit = 1.0 / np.where(norm > 0.0, norm, 1.0)
     powers = _powers(generator, d_generator, unit)
-    step = np.minimum(_stretch(powers[:, :n], weights) * unit, cap)
-    step[norm == 0.0] = cap if np.isfinite(cap) else 1.0
+    most = np.broadcast_to(np.asarray(cap, dtype=float), (k,))
+    step = np.minimum(_stretch(powers[:, :n], weights) * unit, most)
+    still = norm == 0.0
+    step[still] = np.where(np.isfinite(most), most, 1.0)[still]
     factors = convert.reciprocal * ((step / unit)[:, None] ** np.arange(ORDER, -1, -1))
     outputs = (C[..., :n] @ powers[:, :n].reshape(k, n, -1)).reshape(k, m, ORDER + 1, width)
     if C.ndim == 3:
@@ -193,6 +195,19 @@ def build(
     lines[:, :width, 2 * m * SPACE : 2 * m * SPACE + n] = ends
     noise = np.max(np.abs(both[:, :, :WIDTH]), axis=2)
     return StepTables(step, lines, flow, np.ascontiguousarray(generator), d_flow, noise)
+
+
+def completed(tables: StepTables) -> StepTables:
+    """Tables, those of many states with what the flow is over 2, 4, 8, … steps as well."""
+    n = tables.generator.shape[1]
+    if n < _MANY:
+        return tables
+    room = np.empty((tables.flow.shape[0], _LEVELS, tables.flow.shape[2]))
+    flow = np.concatenate((tables.flow, room), axis=1)
+    change = tables.d_flow.size > 0
+    d_flow = np.concatenate((tables.d_flow, room), axis=1) if change else tables.d_flow
+    _fill_doubles(flow, d_flow, n)
+    return tables._replace(flow=flow, d_flow=d_flow)
 
 
 def _by_coefficient(rows: Array) -> Array:

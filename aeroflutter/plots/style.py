@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,7 +18,7 @@ from aeroflutter.results.fields import FIELDS
 from aeroflutter.results.fields import FREQUENCY as FREQUENCY_KIND
 from aeroflutter.results.fields import SPEED as SPEED_KIND
 from aeroflutter.results.fields import TIME as TIME_KIND
-from aeroflutter.results.unit import spoken_unit
+from aeroflutter.results.unit import spoken_unit, start_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -194,7 +195,11 @@ def segments(flags: np.ndarray) -> list[tuple[slice, bool]]:
 def named_after(figure: Figure, coordinate: str) -> Figure:
     """The figure in the words of its coordinate, of its unit and of its speeds."""
     words = spoken_unit().words
+    keeps = FIELDS["alpha"].axis if start_unit() is not spoken_unit() else ""
     for axes in figure.axes:
         for label in (axes.xaxis.label, axes.yaxis.label, axes.title):
-            label.set_text(words(label.get_text().replace("pitch", coordinate)))
+            if (text := label.get_text()) != keeps:
+                text = text.replace("pitch", coordinate)
+                text = re.sub(r"(?<!_)\\alpha", r"\\xi", text) if coordinate == "heave" else text
+                label.set_text(words(text))
     return figure

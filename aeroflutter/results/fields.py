@@ -16,7 +16,7 @@ import numpy as np
 
 from aeroflutter.motion.chaos.verdict import VERDICTS
 from aeroflutter.motion.response import STATES
-from aeroflutter.results.unit import DEGREE, spoken_unit
+from aeroflutter.results.unit import DEGREE, Unit, spoken_unit, start_unit
 
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
@@ -91,7 +91,8 @@ class Kind:
     own
         (scale, value, speed) -> value, where a model from elsewhere means something else by it.
     coordinate
-        Whether it is measured in the coordinate of the first spring, told in its unit.
+        What says in which unit it is told, where that is one of the case: the unit of the
+        coordinate of the first spring, or the one in which motions start.
     """
 
     units: str = "1"
@@ -101,13 +102,13 @@ class Kind:
     missing: Any = np.nan
     dtype: Any = np.float64
     own: Callable[[Scale, Any, Any], Any] | None = None
-    coordinate: bool = False
+    coordinate: Callable[[], Unit] | None = None
 
     @property
     def told(self) -> Kind:
         """The same in the unit in which the coordinate of the first spring is told."""
-        unit = spoken_unit()
-        if not self.coordinate or unit.suffix == self.suffix:
+        unit = DEGREE if self.coordinate is None else self.coordinate()
+        if self.coordinate is None or unit.suffix == self.suffix:
             return self
         return replace(self, units=unit.cf, suffix=unit.suffix, factor=unit.factor)
 
@@ -120,7 +121,8 @@ class Kind:
 
 NUMBER = Kind()
 COMPLEX = Kind(dtype=np.complex128)
-ANGLE = Kind(DEGREE.cf, DEGREE.suffix, DEGREE.factor, coordinate=True)
+ANGLE = Kind(DEGREE.cf, DEGREE.suffix, DEGREE.factor, coordinate=spoken_unit)
+START = replace(ANGLE, coordinate=start_unit)
 SPEED = Kind(
     si=SI(
         *("m s-1", "airspeed V", (("speeds", "velocities"), ("speed", "velocity")), "_m_s"),
@@ -302,7 +304,7 @@ FIELDS: dict[str, Field] = {
     "locus": Field("-1/N", COMPLEX, ("locus_amplitude",)),
     "locus_amplitude": Field(
         "amplitude of a point of the locus",
-        replace(ANGLE, suffix="", factor=1.0, coordinate=False),
+        replace(ANGLE, suffix="", factor=1.0, coordinate=None),
         ("locus_amplitude",),
     ),
     "describing_function": Field("N = n_p + j n_q", COMPLEX),
@@ -353,7 +355,7 @@ FIELDS: dict[str, Field] = {
     "exact_ratio": Field("friction over gap above which no limit cycle was found"),
     "onset_gap": Field("distance from proof to lowest cycle over the speed of that cycle"),
     # motions
-    "alpha": Field("initial pitch", ANGLE, axis=r"initial pitch $\alpha_0$ (deg)"),
+    "alpha": Field("initial pitch", START, axis=r"initial pitch $\alpha_0$ (deg)"),
     "pitch": Field("pitch, nose up", ANGLE, axis=r"pitch $\alpha$ (deg)"),
     "heave": Field("heave over the semi-chord, positive down", axis=r"heave $\xi = h/b$"),
     "moment": Field(

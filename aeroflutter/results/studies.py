@@ -15,7 +15,7 @@ import numpy as np
 from aeroflutter.motion.response import STATES
 from aeroflutter.results.fields import FIELDS, Field, Kind
 from aeroflutter.results.schema import Layout, Value, layout
-from aeroflutter.results.unit import spoken_unit, told
+from aeroflutter.results.unit import start_unit, told
 
 if TYPE_CHECKING:
     from aeroflutter.studies.maps import Axis, FlutterMap
@@ -40,16 +40,17 @@ def in_files(name: str) -> Field:
     field = FIELDS.get(name) or FIELDS[name.removesuffix("_deg")]
     return replace(
         field,
-        kind=replace(field.kind.told, suffix="", factor=1.0, coordinate=False),
+        kind=replace(field.kind.told, suffix="", factor=1.0, coordinate=None),
         more=field.more,
     )
 
 
 def called(name: str) -> str:
     """A name of a study as files write it: without degrees of what is no angle."""
-    unit = spoken_unit()
     bare = name.removesuffix("_deg")
-    return name if unit.suffix or name == bare or bare not in FIELDS else bare
+    if name == bare or bare not in FIELDS:
+        return name
+    return bare + FIELDS[bare].kind.told.suffix
 
 
 def spoken(name: str, values: Any) -> Any:
@@ -65,8 +66,8 @@ def of_sample(name: str) -> Field:
 
 def key(name: str) -> Field:
     """What a key of a case means."""
-    angle = name.endswith("_deg") and (name != "initial.alpha_deg" or spoken_unit().suffix)
-    own = {"initial.alpha_deg": spoken_unit().cf}.get(name, "1")
+    angle = name.endswith("_deg") and (name != "initial.alpha_deg" or start_unit().suffix)
+    own = {"initial.alpha_deg": start_unit().cf}.get(name, "1")
     return Field(name, Kind("degree" if angle else own), more={"key": name})
 
 

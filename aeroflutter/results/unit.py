@@ -18,7 +18,7 @@ import numpy as np
 if TYPE_CHECKING:
     from aeroflutter.case import Case
 
-__all__ = ["DEGREE", "Unit", "native", "speak", "spoken_unit", "told", "told_of"]
+__all__ = ["DEGREE", "Unit", "native", "speak", "spoken_unit", "start_unit", "told", "told_of"]
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,17 @@ _UNITS = {
     "semichord": Unit("semichord", "1"),
 }
 _SPOKEN: ContextVar[Unit] = ContextVar("unit", default=DEGREE)
+_START: ContextVar[Unit] = ContextVar("start", default=DEGREE)
 
 
 def spoken_unit() -> Unit:
     """The unit that is told now."""
     return _SPOKEN.get()
+
+
+def start_unit() -> Unit:
+    """The unit of where motions start: of a section's pitch, wherever its springs are."""
+    return _START.get()
 
 
 def told(value: Any) -> Any:
@@ -91,15 +97,17 @@ def speak(case: Case) -> None:
     """From now on tell numbers in the unit of the first spring of a case, speeds by its name."""
     unit, scale = _UNITS[case.model().units[0]], case.scale
     _SPOKEN.set(unit if scale is None else replace(unit, speed=scale.speed_name))
+    _START.set(DEGREE if case.imported is None else unit)
 
 
 @contextmanager
 def told_of(case: Case | None) -> Iterator[None]:
     """Tell numbers in the unit of a case; as before where there is none."""
-    before = _SPOKEN.get()
+    before = _SPOKEN.get(), _START.get()
     if case is not None:
         speak(case)
     try:
         yield
     finally:
-        _SPOKEN.set(before)
+        _SPOKEN.set(before[0])
+        _START.set(before[1])

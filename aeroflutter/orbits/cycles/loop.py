@@ -5,7 +5,7 @@ A point z holds the state and the memory of every spring that has one: z = (x, h
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from aeroflutter.errors import ConvergenceError
 from aeroflutter.model.family import Family
 from aeroflutter.model.lure import AnyFamily, as_family, integrators
 from aeroflutter.motion import flow as exact
+from aeroflutter.motion.atlas import Atlas
 from aeroflutter.motion.flow import Passage, Trace
 from aeroflutter.orbits.cycles.smooth import SmoothFlow
 from aeroflutter.springs import Hysteresis, Spring, Springs, each
@@ -32,15 +33,19 @@ class Flow:
         What is closed by what.
     speed
         U*.
+    atlas
+        Where the tables of the family are found.
     """
 
-    def __init__(self, family: Family, springs: tuple[Spring, ...], speed: float) -> None:
-        system = exact.Matrices(*map(np.ascontiguousarray, family.stack(speed)))
+    def __init__(
+        self, family: Family, springs: tuple[Spring, ...], speed: float, atlas: Atlas
+    ) -> None:
+        system, (self.dA, self.dB) = _at(family, speed)
         self.A, self.B, self.C, self.d = system
-        self.dA, self.dB, _, _ = family.derivative(speed)
         if not np.all(np.isfinite(self.A)):
             raise ConvergenceError("the system is not finite at this speed")
-        self.exact = exact.Flow(system, springs, derivative=(self.dA, self.dB))
+        tables = partial(atlas.tables, speed)
+        self.exact = exact.Flow(system, springs, derivative=(self.dA, self.dB), tables=tables)
         if self.exact.m > len(springs):  # with the rates on which friction jumps
             self.B, self.C = self.exact.B, self.exact.C
             self.dB = self.dB[:, self.exact.channels.springs]
@@ -109,6 +114,7 @@ class Loop:
         self.m = self.n + self.held.size
         self.integrates = integrators(self.family)
         self.at = lru_cache(maxsize=16)(self._at)
+        self._atlas = Atlas(self._generators, self.C)
 
     @property
     def spring(self) -> Spring:
@@ -123,4 +129,15 @@ class Loop:
     def _at(self, speed: float) -> Flow | SmoothFlow:
         if self.smooth:
             return SmoothFlow(self.family, self.springs, speed)
-        return Flow(self.family, self.springs, speed)
+        return Flow(self.family, self.springs, speed, self._atlas)
+
+    def _generators(self, speed: float) -> tuple[Array, Array]:
+        system, derivative = _at(self.family, speed)
+        flow = exact.Flow.bare(system, self.springs, derivative)
+        return flow.generators(np.arange(flow.arrays.lookup.size))
+
+
+def _at(family: Family, speed: float) -> tuple[exact.Matrices, tuple[Array, Array]]:
+    """A family's matrices at a speed, and the derivatives of A and B with respect to it."""
+    system = exact.Matrices(*map(np.ascontiguousarray, family.stack(speed)))
+    return system, family.derivative(speed)[:2]

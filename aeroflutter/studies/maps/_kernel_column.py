@@ -459,7 +459,7 @@ def goal(
     return here if here != ONWARDS else HANDED_BACK, np.nan
 
 
-@kernel(entry=True, patience=2.0, bare=True)
+@kernel(entry=True, patience=2.0, bare=True, whole=True)
 def follow(
     system: System,
     motion: Motion,
