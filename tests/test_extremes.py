@@ -262,3 +262,15 @@ def test_a_case_file_is_written_without_docstrings(tmp_path: Path) -> None:
     words = [sys.executable, "-OO", "-m", "aeroflutter", "init", str(tmp_path / "a.toml")]
     subprocess.run(words, check=True, capture_output=True)
     assert load_case(tmp_path / "a.toml").spring.kind == "hysteresis"
+
+
+def test_a_working_directory_that_is_gone_is_named(monkeypatch, capsys, tmp_path: Path) -> None:
+    def fail(*_: object) -> None:
+        raise FileNotFoundError(2, "No such file or directory")
+
+    monkeypatch.setattr(cli, "_call", fail)
+    assert main(["cases"]) == 1
+    assert last_line(capsys) == "aeroflutter: cannot go on: No such file or directory"
+    monkeypatch.setattr(os, "getcwd", fail)
+    assert main(["cases"]) == 1
+    assert "the working directory has been removed; change" in last_line(capsys)

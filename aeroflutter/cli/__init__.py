@@ -7,6 +7,7 @@ line in `COMMANDS` and one file beside this one.
 from __future__ import annotations
 
 import keyword
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -103,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return BROKEN_PIPE
     except OSError as error:
         _flushed()
-        return _refuse(FAILED, f"cannot go on: {error.strerror or error}")
+        return _refuse(FAILED, f"cannot go on: {_gone() or error.strerror or error}")
     except MemoryError:
         return _refuse(FAILED, "cannot go on: there is not enough memory for this")
     except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one line
@@ -112,6 +113,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reported(error, words)
         return FAULT
     return OK
+
+
+def _gone() -> str:
+    """That the working directory is there no more, if so: much fails then, and nothing says why."""
+    try:
+        os.getcwd()
+    except OSError:
+        return "the working directory has been removed; change to another one"
+    return ""
 
 
 def _flushed() -> None:
