@@ -78,12 +78,13 @@ class Spectra(NamedTuple):
         """Spectra of matrices, (k, n, n), with as many zeros that are not defective, (k,)."""
         n = matrices.shape[1]
         values, vectors = np.linalg.eig(matrices)
+        scale = np.array([balance(one) for one in matrices]).reshape(matrices.shape[:2])
         for i, count in enumerate(() if slack is None else slack):
             if count:  # eigenvectors of zeros that round-off parts are whatever it makes of them
                 vectors = vectors.astype(complex)
                 zeros = np.argsort(np.abs(values[i]))[:count]
-                vectors[i][:, zeros] = np.linalg.svd(matrices[i])[2][-count:].T
-        scale = np.array([balance(one) for one in matrices]).reshape(matrices.shape[:2])
+                balanced = matrices[i] * scale[i] / scale[i][:, None]
+                vectors[i][:, zeros] = scale[i][:, None] * np.linalg.svd(balanced)[2][-count:].T
         inverse = _inverses(vectors)
         sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, :, None]) ** 2, axis=1))
         with np.errstate(over="ignore"):  # a basis that is none is not trusted
