@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from aeroflutter.cli.numbers import numbers
 from aeroflutter.errors import InputError
+from aeroflutter.model.family import too_slow
 
 if TYPE_CHECKING:
     import numpy as np
@@ -92,7 +93,9 @@ class _Given:
         values = numbers(option, text)
         if not (values > 0.0).all():
             raise InputError(f"{option}: must be {POSITIVE[option]}, not {text}")
-        return values * unit(option, case)
+        speeds = values * unit(option, case)
+        too_slow(float(speeds.min()))
+        return speeds
 
 
 @Parameter(name="*")

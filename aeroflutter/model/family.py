@@ -23,6 +23,13 @@ ROUND_OFF = 1e-9
 SLOWEST = 1e-30
 """Speed below which the section's matrices, polynomials in 1/U, are not looked at."""
 
+
+def too_slow(speed: float) -> None:
+    """Refuse a speed next to nothing."""
+    if speed < SLOWEST:
+        raise InputError([f"speed: {speed:g} is too slow; give {SLOWEST:g} or more"])
+
+
 Matrices = tuple[Real, Real, Real, Real]
 
 
@@ -190,12 +197,13 @@ class SectionModel:
         """
         if not (np.isfinite(speed) and speed > 0):
             raise InputError([f"speed: must be a positive finite number, got {speed!r}"])
+        too_slow(speed)
         return System(*self.stack(speed), self.names, self.units, self.state_names)
 
     def stack(self, speeds: ArrayLike) -> Matrices:
         """``A`` (…, n, n), ``B`` (…, n, m), ``C`` (…, m, n), ``d`` (…, n), speeds of any shape."""
         terms = self.terms
-        v = _inverse(speeds)[..., None, None]
+        v = (1.0 / np.asarray(speeds, dtype=float))[..., None, None]
         A = terms.A0 + v * terms.A1 + v**2 * terms.A2
         return (
             A,
@@ -207,7 +215,7 @@ class SectionModel:
     def derivative(self, speeds: ArrayLike) -> Matrices:
         """Derivatives of ``stack`` with respect to the speed."""
         terms = self.terms
-        v = _inverse(speeds)[..., None, None]
+        v = (1.0 / np.asarray(speeds, dtype=float))[..., None, None]
         dA = -(v**2) * terms.A1 - 2 * v**3 * terms.A2
         return (
             dA,
@@ -215,14 +223,6 @@ class SectionModel:
             np.zeros((*v.shape[:-2], *terms.C.shape)),
             (np.zeros(dA.shape[:-1])),
         )
-
-
-def _inverse(speeds: ArrayLike) -> Real:
-    given = np.asarray(speeds, dtype=float)
-    slowest = np.min(np.abs(given), initial=np.inf)
-    if slowest < SLOWEST:
-        raise InputError([f"speed: {slowest:g} is too slow; give {SLOWEST:g} or more"])
-    return np.asarray(1.0 / given)
 
 
 @dataclass(frozen=True, eq=False)
