@@ -401,7 +401,8 @@ def watch(system: System, motion: Motion, proofs: Proofs, gate: int) -> None:
     """Watch the modes in which a motion may come to rest, and the one behind the gate."""
     for mode in range(motion.watched.size):
         motion.watched[mode] = int(has_rest(system, motion, proofs, mode))
-    motion.watched[int(system.laws[0, gate, TO_HIGH])] = 1
+    if gate >= 0:  # a straight spring has none
+        motion.watched[int(system.laws[0, gate, TO_HIGH])] = 1
 
 
 @kernel(inner=True, bare=True)
