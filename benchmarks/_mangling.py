@@ -18,15 +18,12 @@ from random import Random
 
 import numpy as np
 
+from aeroflutter.case.schema import SPRINGS
 from aeroflutter.case.source import builtin_names
 from aeroflutter.case.template import template
 from aeroflutter.cli import COMMANDS, main
 from tests.mangled import MODAL, MUTATIONS, NASTY, NASTY_ARRAYS, STATE_SPACE, VALID, mat, npz
 
-KINDS = (
-    "linear", "cubic", "table", "bilinear", "freeplay", "hysteresis", "polynomial", "saturation",
-    "dead-zone", "relay", "play", "friction",
-)  # fmt: skip
 FLAPPED = """
 [section]
 omega_bar = 0.6
@@ -50,7 +47,7 @@ alpha_deg = 3.0
 beta_rate_deg = 1.0
 """
 MODEL = '[model]\nkind = "{kind}"\nfile = "model.{suffix}"\n{more}\n[spring]\n{spring}\n'
-CASES = [*VALID, *map(template, KINDS), FLAPPED]
+CASES = [*VALID, *map(template, SPRINGS), FLAPPED]
 
 # What each command is asked beside the case: little, so that it answers soon.
 LINES: dict[str, list[str]] = {
@@ -174,7 +171,7 @@ def _model(here: Path, whole: Path, chance: Random) -> list[str]:
     if suffix == "op4":
         more += "k = [0.1, 0.2, 0.5, 1.0]\nsemichord = 2.0\ndensity = 1.2\n"
         more += "".join(f"{name} = {[value] * 10}\n" for name, value in (("M", 1.0), ("K", 5.0)))
-    spring = template(chance.choice(KINDS)).partition("[spring]")[2].partition("[")[0]
+    spring = template(chance.choice(list(SPRINGS))).partition("[spring]")[2].partition("[")[0]
     text = MODEL.format(kind=kind, suffix=suffix, more=more, spring=spring).encode()
     (here / f"model.{suffix}").write_bytes(mangled(data, chance, 0.4))
     (here / "case.toml").write_bytes(mangled(text, chance, 0.5))

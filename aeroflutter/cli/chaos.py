@@ -353,10 +353,7 @@ def _show_scan(study: _Study, scan: ChaosScan, bands: list[dict[str, Any]]) -> N
              rate * float(found.error[0]), second and rate * second, told(result.amplitude))
         )  # fmt: skip
     units, per = (("V (m/s)",), " (1/s)") if study.scale else ((), "")
-    names = (
-        *(f"lambda 1{per}", "error", f"lambda 2{per}"),
-        "amplitude (deg)",
-    )
+    names = (f"lambda 1{per}", "error", f"lambda 2{per}", "amplitude (deg)")
     show_table((*units, name, "motion", *names), rows)
     for band in bands:
         unit = _velocity(study) if study.scale else None

@@ -106,5 +106,5 @@ def _extent(family: Family, springs: Sequence[Spring]) -> float:
     values, vectors = np.linalg.eig(system.closed(np.ones(len(springs))))
     moves = np.abs(system.C @ vectors)
     mode = int(np.argmax(np.where(values.imag > 0.0, values.real, -np.inf)))
-    shares = moves[1:, mode] / np.array([one.scale for one in springs[1:]])
-    return float(moves[0, mode] / np.max(shares)) or 1.0
+    share = np.max(moves[1:, mode] / np.array([one.scale for one in springs[1:]]))
+    return float(moves[0, mode] / share) if share > 0.0 < moves[0, mode] else 1.0

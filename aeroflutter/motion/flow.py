@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError, InputError
-from aeroflutter.model.lure import as_system
 from aeroflutter.motion import _kernel_flow as kernel
 from aeroflutter.motion._kernel_flow import enter
 from aeroflutter.motion._kernel_jump import before
@@ -25,6 +24,7 @@ from aeroflutter.motion.contraction import Contraction, contraction_of
 from aeroflutter.motion.discontinuous import channels_of, holding, modes_of
 from aeroflutter.motion.laws import assembled, laws_of, pieces_of
 from aeroflutter.motion.march import March
+from aeroflutter.motion.matrices import Matrices, closed, matrices_of
 from aeroflutter.motion.proofs import proofs_of, proofs_of_many
 from aeroflutter.motion.step_tables import StepTables, build
 from aeroflutter.springs._kernel_columns import (
@@ -50,15 +50,6 @@ EVENTS = 400  # switches that a passage may have
 AT_ONCE = 16  # modes whose tables are made at once
 BESIDE = 8  # modes made together where there are more: motions go on to the next slope
 TOGETHER = 8  # flows whose tables are made at once: their work space stays in the cache
-
-
-class Matrices(NamedTuple):
-    """A system as bare arrays: A (n, n), B (n, m), C (m, n) and d (n,)."""
-
-    A: Array
-    B: Array
-    C: Array
-    d: Array
 
 
 class Point(NamedTuple):
@@ -264,7 +255,7 @@ class Flow:
         """[A, B] of the modes at these places, (k, n, n+q), and their derivatives."""
         slopes = self.slopes_at(places)
         change = self._d(slopes)
-        made = _closed(self.A, self._pushes, self.C, slopes)
+        made = closed(self.A, self._pushes, self.C, slopes)
         return made, np.zeros_like(made) if change is None else change
 
     def prepare(self, places: Index) -> None:
@@ -274,8 +265,8 @@ class Flow:
         places = wanted[self.arrays.lookup[wanted] < 0]
         slopes = self.slopes_at(places)
         if not self.sliders.size:
-            generators = _closed(self.A, self._pushes, self.C, slopes)
-            self._take(places, build(generators, self.C, self._cap, self._d(slopes)))
+            made = closed(self.A, self._pushes, self.C, slopes)
+            self._take(places, build(made, self.C, self._cap, self._d(slopes)))
             return
         modes = modes_of(self.A, self._pushes, self.C, slopes)
         known = [] if self.outputs is None else [self.outputs]
@@ -316,7 +307,7 @@ class Flow:
         loads = np.zeros((self.n, self.inputs - self.m))
         inputs = np.column_stack((dB.reshape(self.n, -1)[:, self.channels.springs], loads))
         if not self.sliders.size:
-            return _closed(dA, inputs, self.C, slopes)
+            return closed(dA, inputs, self.C, slopes)
         h = 1e-30  # a step i h of the parameter: exact to round-off
         C = self.C + 1j * h * self.arrays.d_C
         moved = modes_of(self.A + 1j * h * dA, self._pushes + 1j * h * inputs, C, slopes)
@@ -498,26 +489,10 @@ def _fill(flows: Sequence[Flow]) -> None:
     slopes = flows[0].slopes_at(places)
     for _, alike in groupby(flows, key=lambda flow: flow.inputs):
         while batch := list(islice(alike, TOGETHER)):
-            generators = [_closed(flow.A, flow._pushes, flow.C, slopes) for flow in batch]
+            generators = [closed(flow.A, flow._pushes, flow.C, slopes) for flow in batch]
             given = [d for flow in batch if (d := flow._d(slopes)) is not None]
             derivatives = np.concatenate(given) if given else None
             tables = build(np.concatenate(generators), batch[0].C, batch[0]._cap, derivatives)
             for i, flow in enumerate(batch):
                 own = slice(i * count, (i + 1) * count)
                 flow._take(places, StepTables(*(part[own] for part in tables)))
-
-
-def matrices_of(system: Any) -> Matrices:
-    """The arrays of a system, contiguous."""
-    whole = as_system(system)
-    parts = whole.A, whole.B, whole.C, whole.d
-    return Matrices(*(np.array(part, dtype=float, order="C") for part in parts))
-
-
-def _closed(A: Array, inputs: Array, C: Array, slopes: Array) -> Array:
-    """[A - B diag(k) C, inputs] for each row of slopes, (k, n, n+q); B is in the first columns."""
-    m, n = C.shape
-    closed = np.empty((len(slopes), n, n + inputs.shape[1]))
-    closed[:, :, n:] = inputs
-    closed[:, :, :n] = A - (inputs[:, :m] * slopes[:, None]) @ C
-    return closed

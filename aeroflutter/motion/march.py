@@ -227,9 +227,7 @@ class March:
         into = (self.times[chosen] - log[step, 0]) / flow.arrays.step[tables]
         powers[:, 1:] = np.maximum(into, 0.0)[:, None]
         np.multiply.accumulate(powers, axis=1, out=powers)
-        first = np.flatnonzero(
-            np.diff(step, prepend=-1)
-        )  # samples that share a step are neighbours
+        first = np.flatnonzero(np.diff(step, prepend=-1))  # samples of one step are neighbours
         entries = log[step[first], 2 : 2 + width]
         for i, (a, b) in enumerate(pairwise((*first, chosen.size))):
             matrices = flow.arrays.flow[tables[a], :WIDTH].reshape(WIDTH, flow.n, width)

@@ -219,8 +219,9 @@ def _poincare(axes: Any, response: Response, _: look.Clock) -> None:
 
 
 def _heaves(response: Response) -> bool:
-    """Whether there is a heave, which a model from elsewhere has not."""
-    return bool(np.any(np.isfinite(response.heave)))
+    """Whether there is a heave, which a model from elsewhere has not, beside what is told of."""
+    known = np.any(np.isfinite(response.heave))
+    return bool(known) and not np.array_equal(response.heave, response.pitch)
 
 
 def _next_maximum(axes: Any, response: Response, _: look.Clock) -> None:

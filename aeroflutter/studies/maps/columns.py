@@ -20,6 +20,7 @@ from aeroflutter.motion.march import March, workspace
 from aeroflutter.motion.reach import SLOW, contracts_within, next_gate, reach_of
 from aeroflutter.springs._kernel_columns import CEILING, FLOOR
 from aeroflutter.studies.maps import _kernel_column as kernel
+from aeroflutter.studies.maps._kernel_paths import Paths
 
 __all__ = ["Column", "decide_cells"]
 
@@ -50,7 +51,7 @@ class Room(NamedTuple):
         What is known of the column at hand.
     """
 
-    paths: kernel.Paths
+    paths: Paths
     targets: kernel.Targets
 
     @classmethod
@@ -215,10 +216,10 @@ def last_loop(flow: Flow, x: Array, memory: Array) -> Loop | None:
     return Loop(np.append(point.x, point.memory), np.append(reach, held), span)
 
 
-def _no_paths(n: int) -> kernel.Paths:
+def _no_paths(n: int) -> Paths:
     """Room for the paths of a column; the last is that of the cell at hand."""
     count, length = kernel.MOST_PATHS + 1, kernel.MOST_RETURNS
-    return kernel.Paths(
+    return Paths(
         points=np.empty((count, length, n)),
         rates=np.empty((count, length)),
         times=np.empty(length),
