@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from aeroflutter.errors import InputError
@@ -111,7 +111,19 @@ def kinks(spring: Spring, mean: float):
     return np.abs(spring.corners(mean))
 
 
+@given(spring=loops, mean=bias)
+@settings(max_examples=150, deadline=None)
+def test_a_loop_opens_at_its_first_corner(spring, mean):
+    """Just beyond it the memory differs between the ends of the motion; just below, it is one."""
+    size = float(spring.corners(mean)[0])
+    for factor, opens in ((1.0 + 1e-6, True), (1.0 - 1e-6, False)):
+        low, high = mean - factor * size, mean + factor * size
+        _, memory = respond(spring, [low, high, low, high])
+        assert (abs(memory[-1] - memory[-2]) > 1e-10) == opens
+
+
 @given(spring=springs, size=amplitude, mean=bias)
+@example(spring=Hysteresis(1.0, 1.0), size=1.0, mean=1.0)  # at a stop until the lower end slips
 @settings(max_examples=150, deadline=None)
 def test_partial_derivatives_of_the_closed_forms(spring, size, mean):
     """Central differences are wrong by O(h²), but by O(h^½) at a kink: kinks are left out."""

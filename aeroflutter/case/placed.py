@@ -118,7 +118,9 @@ def _build(
     problems = _place_problems(name, place, places)
     at = place.get("at", "pitch")
     angle = not isinstance(at, str) or places.get(at, "rad") == "rad"
-    variants = schema.SPRINGS if angle else schema.SPRINGS_IN_HEAVE
+    variants = schema.SPRINGS
+    if not angle:
+        variants = {kind: schema.in_heave(model) for kind, model in variants.items()}
     rest = {key: value for key, value in given.items() if key not in place}
     spring, table = _law(name, variants, rest)
     table.problems[:0] = problems

@@ -8,6 +8,7 @@ that `aeroflutter init` writes, so that a key is described in one place only.
 from __future__ import annotations
 
 from copy import copy
+from functools import cache
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -50,7 +51,7 @@ def metadata(model: type[Table], name: str) -> dict[str, str]:
 class Table(BaseModel):
     """A table of a case file: no other keys, no conversions of type."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @field_validator("*")
     @classmethod
@@ -397,7 +398,8 @@ def name_in_heave(name: str, model: type[Table]) -> str:
     return renamed.get(name, name.removesuffix("_deg"))
 
 
-def _in_heave(model: type[Table]) -> type[Table]:
+@cache
+def in_heave(model: type[Table]) -> type[Table]:
     """Keys of a kind of spring where it is one in heave, in semi-chords."""
     fields: dict[str, Any] = {}
     for name, field in model.model_fields.items():
@@ -410,8 +412,6 @@ def _in_heave(model: type[Table]) -> type[Table]:
     )
     return made
 
-
-SPRINGS_IN_HEAVE = {kind: _in_heave(model) for kind, model in SPRINGS.items()}
 
 TABLES: dict[str, tuple[type[Table], ...]] = {
     "section": (Section,),

@@ -132,7 +132,9 @@ def _assigned(modes: Modes) -> NDArray[np.intp]:
     for i, partner in enumerate(best):
         if not clear[i]:  # the nearest roots go on, except those whose eigenvectors tell
             held = _oscillating(modes.roots[i]) & told[i]
-            rest = np.setdiff1d(np.arange(partner.size), partner[held])
+            free = np.ones(partner.size, dtype=bool)
+            free[partner[held]] = False
+            rest = np.flatnonzero(free)
             pairs = _nearest_pairs(modes.roots[i][~held], modes.roots[i + 1][rest])
             partner = partner.copy()
             partner[~held] = rest[pairs]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from itertools import permutations
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -94,16 +95,14 @@ def wind_off(section: TypicalSection) -> Modes:
     Where two modes claim one coordinate, the assignment is the one to one whose shares add up to
     most.
     """
-    from scipy.linalg import eigh
-    from scipy.optimize import linear_sum_assignment
-
     mass, springs = _structure(section)
-    squares, shapes = eigh(springs, mass)
+    root = np.linalg.cholesky(mass)
+    squares, vectors = np.linalg.eigh(np.linalg.solve(root, np.linalg.solve(root, springs).T))
+    shapes = np.linalg.solve(root.T, vectors)
     energy = shapes * (mass @ shapes)  # rows coordinates, columns modes, each adding up to one
-    rows, columns = linear_sum_assignment(-energy)
-    names = dict(zip(columns, np.array(coordinates(section))[rows], strict=True))
-    leads = tuple(str(names[i]) for i in range(len(squares)))
-    return Modes(np.sqrt(squares), shapes, leads)
+    modes = range(len(squares))
+    best = max(permutations(modes), key=lambda rows: float(np.sum(energy[rows, modes])))
+    return Modes(np.sqrt(squares), shapes, tuple(coordinates(section)[row] for row in best))
 
 
 def _structure(section: TypicalSection) -> tuple[Real, Real]:

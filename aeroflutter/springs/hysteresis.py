@@ -120,10 +120,14 @@ class Hysteresis(Spring):
         return self.centre - half, self.centre + half
 
     def corners(self, bias: ArrayLike = 0.0) -> Array:
-        """Amplitudes at which the slider begins to move and to reach either stop."""
+        """Amplitudes at which the slider begins to move and to reach either stop.
+
+        Where the bias alone holds it at a stop, it moves once the far end of the motion slips.
+        """
         shift = np.asarray(bias, dtype=float) - self.centre
         slip, full = self.delta_v / 2, (self.delta_v + self.delta_h) / 2
-        return np.stack((np.full_like(shift, slip), full - shift, full + shift))
+        moves = np.maximum(slip, np.abs(shift) + slip - self.delta_h / 2)
+        return np.stack((moves, full - shift, full + shift))
 
     def slope_range(self) -> tuple[float, float]:
         """Zero on the flats, one elsewhere."""
