@@ -302,7 +302,7 @@ def _run(
 
 
 def _print(case: Case, found: FlutterMap, wall: float, store: Path | None) -> None:
-    from aeroflutter.motion.response import STATES
+    from aeroflutter.verdicts import STATES
 
     say(case.title)
     cells = found.grid.cells

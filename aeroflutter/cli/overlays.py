@@ -129,9 +129,9 @@ def _simulated(case: Case, speeds: NDArray[np.float64]) -> list[Overlay]:
     from aeroflutter.model.lure import as_family
     from aeroflutter.motion.endstates import EndOptions, end_states
     from aeroflutter.motion.flow import Flow
-    from aeroflutter.motion.response import STATES
     from aeroflutter.plots.cycles import Overlay
     from aeroflutter.springs import each
+    from aeroflutter.verdicts import STATES
 
     family, springs = case.loop()[0], each(case.loop()[1])
     C = as_family(family).stack(as_family(family).search_range[1])[2]

@@ -190,8 +190,8 @@ def _fixed_speed(airspeed: Airspeed) -> tuple[str | None, float]:
 
 
 def _print(case: Case, found: SweepResult, wall: float, scale: Scale | None) -> None:
-    from aeroflutter.motion.response import STATES
     from aeroflutter.results.studies import DISTRIBUTIONS, IN_SI, METHODS, called, distribution
+    from aeroflutter.verdicts import STATES
 
     say(case.title)
     valid = found.values["valid"]

@@ -13,7 +13,7 @@ from aeroflutter.motion import _kernel_proofs as codes
 from aeroflutter.motion._kernel_ends import Cycles
 from aeroflutter.motion.judge import CONTRACTS, Settling
 from aeroflutter.motion.march import fundamental
-from aeroflutter.motion.response import STATES
+from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from aeroflutter.errors import InputError
 from aeroflutter.limits import within
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion.entry import at_a_speed
+from aeroflutter.verdicts import STATES, State
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -45,8 +46,6 @@ __all__ = [
     "traces",
 ]
 
-State = Literal["damped", "lco", "aperiodic", "divergent", "undecided", "neutral"]
-STATES: tuple[State, ...] = ("damped", "lco", "aperiodic", "divergent", "undecided", "neutral")
 ENGINES = ("auto", "exact", "houbolt")
 CRITERIA = ("scale-free", "thesis")
 DURATION = 20_000.0  # τ, where none is given

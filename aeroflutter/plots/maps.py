@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.motion.response import STATES
 from aeroflutter.plots import layout, meaning
 from aeroflutter.plots import style as look
 from aeroflutter.results.fields import FIELDS
 from aeroflutter.results.studies import spoken
 from aeroflutter.results.unit import spoken_unit
 from aeroflutter.studies.maps.engines import FAILED
+from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
+from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.report.analyses import period
 from aeroflutter.report.motions import Motions, harmonic_motion, marched
 from aeroflutter.results import fields_of
 from aeroflutter.results.proofs import free_words
 from aeroflutter.springs import respond
+from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale

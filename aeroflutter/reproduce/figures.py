@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aeroflutter.linear.rootlocus import flutter_against_stiffness, flutter_speed, root_locus
-from aeroflutter.motion.response import STATES, Initial, Response, SimulateOptions, simulate
+from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
 from aeroflutter.orbits.describing import DescribingCurve, describing_curve
 from aeroflutter.springs import respond
 from aeroflutter.studies.maps import Axis, FlutterMap, Grid, SpeedPitch, flutter_map
+from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

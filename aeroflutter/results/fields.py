@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.motion.chaos.verdict import VERDICTS
-from aeroflutter.motion.response import STATES
 from aeroflutter.results.unit import DEGREE, Unit, spoken_unit, start_unit
+from aeroflutter.verdicts import STATES, VERDICTS
 
 if TYPE_CHECKING:
     from aeroflutter.model.section import Scale

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aeroflutter.motion.response import STATES
 from aeroflutter.results.fields import FIELDS, Field, Kind
 from aeroflutter.results.schema import Layout, Value, layout
 from aeroflutter.results.unit import start_unit, told
+from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
     from aeroflutter.studies.maps import Axis, FlutterMap

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from aeroflutter.motion.entry import at_a_speed
 from aeroflutter.motion.exponents import Exponents, measured, of_eigenvalues
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.springs import alone, each, simplify, straight
+from aeroflutter.verdicts import VERDICTS, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,15 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["VERDICTS", "ChaosResult", "Verdict", "chaos", "recurrence"]
 
-Verdict = Literal["periodic", "quasi-periodic", "chaotic", "damped", "divergent", "undecided"]
-VERDICTS: tuple[Verdict, ...] = (
-    "periodic",
-    "quasi-periodic",
-    "chaotic",
-    "damped",
-    "divergent",
-    "undecided",
-)
 MOST_LOOPS = 512  # of a period that recurrence alone can show
 RECURS = 1e-6  # relative distance of returns that are the same
 NOISE = 1e-9  # states that are smaller than this part of the largest are round-off

@@ -12,7 +12,6 @@ from aeroflutter.model.system import solved
 from aeroflutter.motion._kernel_ends import Cycles
 from aeroflutter.motion.endstates import EndOptions, EndStates, end_state, end_states
 from aeroflutter.motion.flow import Flow
-from aeroflutter.motion.response import STATES
 from aeroflutter.orbits.continuation import ContinuationOptions, correct
 from aeroflutter.orbits.cycles.centre import static_state
 from aeroflutter.orbits.cycles.loop import Loop
@@ -20,6 +19,7 @@ from aeroflutter.orbits.cycles.measure import Frame, anchored, sizes_of, switche
 from aeroflutter.orbits.cycles.shooting import Shooting
 from aeroflutter.orbits.cycles.smooth import SmoothFlow, settled
 from aeroflutter.springs import Hysteresis, respond
+from aeroflutter.verdicts import STATES
 
 __all__ = ["converged", "end_seeds", "mirrors", "point_of", "sinusoid", "starts"]
 

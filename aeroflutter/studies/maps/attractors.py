@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.motion.response import STATES
+from aeroflutter.verdicts import STATES
 
 __all__ = ["NONE", "label"]
 

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import InputError
-from aeroflutter.motion.response import STATES, SimulateOptions
+from aeroflutter.motion.response import SimulateOptions
 from aeroflutter.springs import each, straight
 from aeroflutter.studies.maps.cells import Group
+from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
     from aeroflutter.motion.endstates import EndOptions

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from aeroflutter.analysis import Result
 from aeroflutter.errors import InputError
 from aeroflutter.kernels import expect
-from aeroflutter.motion.response import STATES, SimulateOptions
+from aeroflutter.motion.response import SimulateOptions
 from aeroflutter.studies.maps.attractors import label
 from aeroflutter.studies.maps.cells import Cells, axis_identity
 from aeroflutter.studies.maps.engines import FAILED, MARCH, Ends, decide_all, march_identity
@@ -23,6 +23,7 @@ from aeroflutter.studies.maps.refine import bisect
 from aeroflutter.studies.maps.results import MemoryResults
 from aeroflutter.studies.maps.runner import Progress, run
 from aeroflutter.studies.maps.study import AnyArray, Executor, Results, Task, Variable
+from aeroflutter.verdicts import STATES
 
 __all__ = ["FlutterMap", "MapOptions", "MapStudy", "collect", "flutter_map"]
 

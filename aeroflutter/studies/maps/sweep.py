@@ -14,7 +14,7 @@ from aeroflutter.analysis import Result
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.model.lure import AnyFamily
 from aeroflutter.model.section import Scale
-from aeroflutter.motion.response import STATES, Initial, SimulateOptions
+from aeroflutter.motion.response import Initial, SimulateOptions
 from aeroflutter.springs import Springs, alone
 from aeroflutter.studies.maps.cells import Group
 from aeroflutter.studies.maps.engines import FAILED, MARCH, decide, march_identity
@@ -23,6 +23,7 @@ from aeroflutter.studies.maps.fingerprint import code_hash
 from aeroflutter.studies.maps.results import MemoryResults
 from aeroflutter.studies.maps.runner import Progress, run
 from aeroflutter.studies.maps.study import AnyArray, Executor, Results, Task, Variable
+from aeroflutter.verdicts import STATES
 
 __all__ = ["Model", "Specimen", "SweepOptions", "SweepResult", "SweepStudy", "gather", "sweep"]
 
