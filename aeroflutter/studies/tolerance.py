@@ -8,7 +8,9 @@ trial.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -388,9 +390,11 @@ def largest_stable(search: Search, speed: float) -> Cycle | None:
     """The largest stable cycle up to a speed U*."""
     cycles = [cycle for family in search.families for cycle in family.facts.cycles]
     cycles += search.at(speed)
-    cycles += [cycle for family in search.families for cycle in _tops(family)]
-    candidates = [cycle for cycle in cycles if cycle.stable and cycle.speed <= speed * (1 + 1e-12)]
-    worst = max(candidates, key=lambda cycle: cycle.amplitude, default=None)
+    worst = _largest(cycles, speed)
+    tops = [top for family in search.families for top in _tops(family, speed)]
+    for top in sorted(tops, key=lambda top: -top.most):
+        if worst is None or top.most > worst.amplitude:
+            worst = _largest([*top.located(), *([] if worst is None else [worst])], speed)
     if worst is not None and worst.amplitude > 0.9 * search.largest:
         raise ConvergenceError(
             f"stable limit cycles grow beyond {search.largest / search.frame.loop.spring.scale:g} "
@@ -400,16 +404,41 @@ def largest_stable(search: Search, speed: float) -> Cycle | None:
     return worst
 
 
-def _tops(family: Family) -> list[Cycle]:
-    """Local maxima of the amplitude along a family, located between the places of its walk."""
-    found = []
+def _largest(cycles: Iterable[Cycle], speed: float) -> Cycle | None:
+    """The largest of the stable cycles up to a speed U*."""
+    candidates = [cycle for cycle in cycles if cycle.stable and cycle.speed <= speed * (1 + 1e-12)]
+    return max(candidates, key=lambda cycle: cycle.amplitude, default=None)
+
+
+class _Top(NamedTuple):
+    """A cycle that is larger than its neighbours on a walk, between them.
+
+    Attributes
+    ----------
+    places
+        The three of them.
+    most
+        More than the amplitude between them: as far above the middle one as the others are below.
+    """
+
+    places: tuple[Place, Place, Place]
+    most: float
+
+    def located(self) -> list[Cycle]:
+        """The largest cycles on its two sides."""
+        before, top, after = self.places
+        found = [_top(*pair) for pair in ((before, top), (top, after))]
+        return [cycle for cycle in found if cycle is not None]
+
+
+def _tops(family: Family, speed: float) -> Iterator[_Top]:
+    """Local maxima of the amplitude along a family up to a speed U*, between places of its walk."""
     for strand in family.strands:
-        places = strand.places
-        for before, top, after in zip(places, places[1:], places[2:], strict=False):
-            sides = before.cycle.amplitude, after.cycle.amplitude
-            if top.cycle.stable and top.cycle.amplitude >= max(sides):
-                found += [_top(*pair) for pair in ((before, top), (top, after))]
-    return [cycle for cycle in found if cycle is not None]
+        for three in zip(strand.places, strand.places[1:], strand.places[2:], strict=False):
+            left, most, right = (place.cycle.amplitude for place in three)
+            reaches = min(place.cycle.speed for place in three) <= speed
+            if reaches and three[1].cycle.stable and most >= max(left, right):
+                yield _Top(three, 2.0 * most - min(left, right))
 
 
 def _top(one: Place, other: Place) -> Cycle | None:
