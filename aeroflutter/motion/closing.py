@@ -260,9 +260,10 @@ def contraction(Q: Array, radius: float) -> tuple[float, Array]:
     """
     rho, P = 0.5 * (1.0 + radius), np.eye(Q.shape[0])
     power: Array = Q / rho
-    for _ in range(40):
+    due = int(np.log2(1.0 + np.log(1e-12) / np.log(max(radius / rho, 1e-12))))
+    for doubling in range(40):
         P += power.T @ P @ power
         power = power @ power
-        if max(power.max(), -power.min()) < 1e-12:
+        if doubling >= due and max(power.max(), -power.min()) < 1e-12:
             break
     return rho, P

@@ -27,12 +27,10 @@ from aeroflutter.springs._kernel_columns import HIGH, HOLDS, LOW
 from aeroflutter.springs.piece_table import STUCK_MODE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from aeroflutter.motion.flow import Flow, Point
-    from aeroflutter.springs import Spring
+    from aeroflutter.motion.laws import Laws
 
     Array = NDArray[np.float64]
 
@@ -54,24 +52,27 @@ class Channels(NamedTuple):
         Of each, m of them.
     springs
         Place of the spring that each belongs to, (m,).
+    rates
+        How many of them are of rates.
     """
 
     B: Array
     C: Array
     pieces: list[PieceTable]
     springs: NDArray[np.int64]
+    rates: int = 0
 
     def rows(self, dA: Array | None) -> Array:
         """Derivative of C when A changes by dA, (m, n)."""
         changed = np.zeros_like(self.C)
-        count = int(self.springs.max(initial=-1)) + 1
-        if dA is not None:
-            changed[count:] = self.C[self.springs[count:]] @ np.asarray(dA, dtype=float)
+        if dA is not None and self.rates:
+            own = self.springs[-self.rates :]
+            changed[-self.rates :] = self.C[own] @ np.asarray(dA, dtype=float)
         return changed
 
     def forces(self, moments: Array) -> Array:
         """Moment of each spring from those of all channels, (..., m) -> (..., s)."""
-        count = int(self.springs.max(initial=-1)) + 1
+        count = self.springs.size - self.rates
         total = moments[..., :count].copy()
         for i in range(count, self.springs.size):
             total[..., self.springs[i]] += moments[..., i]
@@ -85,20 +86,17 @@ class Modes(NamedTuple):
     outputs: Array
 
 
-def channels_of(
-    A: Array, B: Array, C: Array, d: Array, springs: Sequence[Spring], pieces: list[PieceTable]
-) -> Channels:
-    """The channels of springs.
+def channels_of(A: Array, B: Array, C: Array, d: Array, laws: Laws) -> Channels:
+    """The channels of springs with these laws.
 
     Raises
     ------
     InputError
         If friction acts on its rate directly or drives it, or sliders have no single answer.
     """
+    springs, pieces = laws.springs, laws.pieces
     place = list(range(len(springs)))
-    if not any(
-        piece.jumps or spring.rate_table() for spring, piece in zip(springs, pieces, strict=True)
-    ):
+    if laws.smooth:
         return Channels(B, C, pieces, np.array(place, dtype=np.int64))
     rates = [i for i, spring in enumerate(springs) if spring.rate_table() is not None]
     if rates:
@@ -126,9 +124,8 @@ def channels_of(
     pieces = [
         _sliding(piece, float(gains[i])) if i in holds else piece for i, piece in enumerate(pieces)
     ]
-    return Channels(
-        np.ascontiguousarray(B), np.ascontiguousarray(C), pieces, np.array(place, dtype=np.int64)
-    )
+    B, C = np.ascontiguousarray(B), np.ascontiguousarray(C)
+    return Channels(B, C, pieces, np.array(place, dtype=np.int64), len(rates))
 
 
 def _sliding(piece: PieceTable, gain: float) -> PieceTable:

@@ -12,7 +12,7 @@ from aeroflutter.motion import _kernel_ends as kernel
 from aeroflutter.motion import _kernel_proofs as codes
 from aeroflutter.motion._kernel_ends import Cycles
 from aeroflutter.motion.judge import CONTRACTS, Settling
-from aeroflutter.motion.march import fundamental
+from aeroflutter.motion.swings import Lap
 from aeroflutter.verdicts import STATES
 
 if TYPE_CHECKING:
@@ -134,6 +134,8 @@ class EndState:
         Where the march stopped, (n,).
     cycle
         The attracting cycle, if one was found: one entry, ready to be known to other motions.
+    lap
+        That cycle once round: all coordinates, then all springs.
     """
 
     state: State
@@ -149,6 +151,7 @@ class EndState:
     final_state: Array = field(repr=False)
     final_memory: float = field(repr=False)
     cycle: Cycles | None = field(default=None, repr=False)
+    lap: Lap | None = field(default=None, repr=False)
 
 
 class EndStates(NamedTuple):
@@ -225,6 +228,7 @@ def end_state(
     numbers, (code, why) = settled.numbers[0], settled.codes[0]
     held = settled.memories[0]
     found = settled.found if code == codes.LCO else None
+    lap = None if found is None else Lap.of(flow, found.z[0], float(found.period[0]))
     return EndState(
         state=STATES[code],
         reason=reason(why, numbers),
@@ -232,15 +236,14 @@ def end_state(
         amplitude=float(numbers[kernel.AMPLITUDE]),
         bias=float(numbers[kernel.BIAS]),
         period=float(numbers[kernel.PERIOD]),
-        first_harmonic=(
-            np.nan if found is None else fundamental(flow, found.z[0], float(found.period[0]))
-        ),
+        first_harmonic=np.nan if lap is None else lap.fundamental(-len(flow.springs)),
         loops=0 if np.isnan(numbers[kernel.LOOPS]) else int(numbers[kernel.LOOPS]),
         multiplier=float(numbers[kernel.RADIUS]),
         rest=float(numbers[kernel.REST]),
         final_state=settled.states[0],
         final_memory=float(held[0]) if held.size == 1 else held,
         cycle=found,
+        lap=lap,
     )
 
 

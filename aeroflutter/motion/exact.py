@@ -23,7 +23,6 @@ from aeroflutter.motion.response import MOST_SAMPLES, Response, traces
 from aeroflutter.motion.settling import Verdict, Watch, closed_slopes, period_range
 from aeroflutter.motion.swings import (
     Swing,
-    cycle_extremes,
     rest_extremes,
     rows_of,
     swings_of,
@@ -93,8 +92,8 @@ def _flow(system: AnySystem, springs: tuple[Spring, ...], step_cap: float | None
 
 def _swings(flow: Flow, end: EndState, trace: _Trace) -> tuple[tuple[Swing, ...], ...]:
     """How far coordinates and springs move: on the cycle, at rest, or at the end of the record."""
-    if end.cycle is not None:
-        low, high = cycle_extremes(flow, end.cycle.z[0], end.period)
+    if end.lap is not None:
+        low, high = end.lap.extremes()
     elif end.state == "damped":
         memory = np.atleast_1d(end.final_memory)
         low, high = rest_extremes(flow, end.final_state, memory, end.rest)

@@ -222,12 +222,12 @@ class Flow:
         given, wanted = len(laws.pieces), self.B.shape[1]
         if given != wanted:
             raise InputError(f"springs: {given} for a system with {wanted} outputs")
-        self.channels = channels_of(self.A, self.B, self.C, self.d, laws.springs, laws.pieces)
+        self.channels = channels_of(self.A, self.B, self.C, self.d, laws)
         if self.channels.pieces is not laws.pieces:
             laws = assembled(laws.springs, self.channels.pieces)
             self.B, self.C = self.channels.B, self.channels.C
         self.springs, self.pieces, self.memory, self.held = laws[:4]
-        self.sliders = laws.sliders
+        self.laws, self.sliders = laws, laws.sliders
         self.outputs: Array | None = None
         self.n, self.m = self.B.shape
         self._derivative = derivative
@@ -242,18 +242,9 @@ class Flow:
             self.channels.rows(None if derivative is None else derivative[0]),
         )  # fmt: skip
 
-    def slopes_at(self, places: ArrayLike) -> Array:
-        """Slope of each spring in the modes at these places of `lookup`, (k, m)."""
-        strides = self.arrays.strides
-        columns = [
-            piece.slopes[(np.asarray(places) // stride) % piece.slopes.size]
-            for piece, stride in zip(self.pieces, strides, strict=True)
-        ]
-        return np.stack(columns, axis=-1)
-
     def generators(self, places: Index) -> tuple[Array, Array]:
         """[A, B] of the modes at these places, (k, n, n+q), and their derivatives."""
-        slopes = self.slopes_at(places)
+        slopes = self.laws.slopes_at(places)
         change = self._d(slopes)
         made = closed(self.A, self._pushes, self.C, slopes)
         return made, np.zeros_like(made) if change is None else change
@@ -263,7 +254,7 @@ class Flow:
         beside = (places // BESIDE * BESIDE)[:, None] + np.arange(BESIDE)
         wanted = np.unique(beside[beside < self.arrays.lookup.size])
         places = wanted[self.arrays.lookup[wanted] < 0]
-        slopes = self.slopes_at(places)
+        slopes = self.laws.slopes_at(places)
         if not self.sliders.size:
             made = closed(self.A, self._pushes, self.C, slopes)
             self._take(places, build(made, self.C, self._cap, self._d(slopes)))
@@ -304,8 +295,9 @@ class Flow:
         if self._derivative is None:
             return None
         dA, dB = (np.asarray(part, dtype=float) for part in self._derivative)
-        loads = np.zeros((self.n, self.inputs - self.m))
-        inputs = np.column_stack((dB.reshape(self.n, -1)[:, self.channels.springs], loads))
+        inputs = dB.reshape(self.n, -1)[:, self.channels.springs]
+        if self.inputs > self.m:
+            inputs = np.column_stack((inputs, np.zeros((self.n, self.inputs - self.m))))
         if not self.sliders.size:
             return closed(dA, inputs, self.C, slopes)
         h = 1e-30  # a step i h of the parameter: exact to round-off
@@ -486,7 +478,7 @@ def _fill(flows: Sequence[Flow]) -> None:
             flow.prepare(np.arange(flow.arrays.lookup.size))
         return
     places = np.arange(count)
-    slopes = flows[0].slopes_at(places)
+    slopes = flows[0].laws.slopes_at(places)
     for _, alike in groupby(flows, key=lambda flow: flow.inputs):
         while batch := list(islice(alike, TOGETHER)):
             generators = [closed(flow.A, flow._pushes, flow.C, slopes) for flow in batch]

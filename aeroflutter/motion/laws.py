@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from aeroflutter.errors import InputError
 from aeroflutter.springs import PieceTable, Spring, simplify
@@ -58,6 +58,8 @@ class Laws(NamedTuple):
         Number of modes of all springs together that differ in a slope.
     sliders
         Which laws can hold their output at zero.
+    smooth
+        Whether none of the springs jumps, or acts on the rate of its output.
     """
 
     springs: tuple[Spring, ...]
@@ -69,6 +71,15 @@ class Laws(NamedTuple):
     strides: Index
     places: int
     sliders: Index
+    smooth: bool
+
+    def slopes_at(self, places: ArrayLike) -> Array:
+        """Slope of each spring in the modes at these places of `lookup`, (k, m)."""
+        columns = [
+            piece.slopes[(np.asarray(places) // stride) % piece.slopes.size]
+            for piece, stride in zip(self.pieces, self.strides, strict=True)
+        ]
+        return np.stack(columns, axis=-1)
 
 
 @lru_cache(maxsize=64)
@@ -95,4 +106,6 @@ def assembled(simple: tuple[Spring, ...], pieces: list[PieceTable]) -> Laws:
         np.cumprod(counts) // counts,
         int(np.prod(counts)),
         np.flatnonzero([np.any(piece.rows[:, HOLDS]) for piece in pieces]),
+        not any(piece.jumps for piece in pieces)
+        and all(spring.rate_table() is None for spring in simple),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -13,13 +12,12 @@ from aeroflutter.motion import _kernel_flow as kernel
 from aeroflutter.motion._kernel_jump import jump
 from aeroflutter.motion._kernel_roots import NONE, ROWS, SPACE, WIDTH, Y
 from aeroflutter.motion.step_tables import padded
-from aeroflutter.springs._kernel_columns import HELD, OFFSET, SLOPE
 from aeroflutter.springs.piece_table import STUCK_MODE
 
 if TYPE_CHECKING:
     from aeroflutter.motion.flow import Flow, Point
 
-__all__ = ["FOREVER", "March", "fundamental", "stand", "workspace"]
+__all__ = ["FOREVER", "March", "stand", "workspace"]
 
 Array = NDArray[np.float64]
 
@@ -223,15 +221,22 @@ class March:
         step = np.minimum(np.searchsorted(ends, self.times[chosen]), count - 1)
         tables = log[step, 1].astype(np.int64)
         width = flow.arrays.noise.shape[1]
-        powers = np.ones((chosen.size, WIDTH))
+        powers = np.ones((WIDTH, chosen.size))
         into = (self.times[chosen] - log[step, 0]) / flow.arrays.step[tables]
-        powers[:, 1:] = np.maximum(into, 0.0)[:, None]
-        np.multiply.accumulate(powers, axis=1, out=powers)
+        np.maximum(into, 0.0, out=powers[1])
+        for order in range(2, WIDTH):
+            np.multiply(powers[order - 1], powers[1], out=powers[order])
         first = np.flatnonzero(np.diff(step, prepend=-1))  # samples of one step are neighbours
         entries = log[step[first], 2 : 2 + width]
-        for i, (a, b) in enumerate(pairwise((*first, chosen.size))):
-            matrices = flow.arrays.flow[tables[a], :WIDTH].reshape(WIDTH, flow.n, width)
-            self.states[chosen[a:b]] = powers[a:b] @ (matrices @ entries[i])
+        series = np.empty((first.size, WIDTH * flow.n))
+        for table in set(tables[first].tolist()):
+            own = tables[first] == table
+            matrix = flow.arrays.flow[table, :WIDTH].reshape(WIDTH * flow.n, width)
+            series[own] = entries[own] @ matrix.T
+        for (a, b), one in zip(pairwise((*first, chosen.size)), series, strict=True):
+            self.states[self.filled + a : self.filled + b] = powers[:, a:b].T @ one.reshape(
+                WIDTH, -1
+            )
         if chosen.size:
             modes = log[step, 2 + width : 2 + width + flow.m].astype(np.int64)
             self._springs(chosen, modes, log[step, 2 + width + flow.m :])
@@ -243,14 +248,8 @@ class March:
         """Memory and moment of each spring at samples whose states are there."""
         y = self.states[chosen] @ self.flow.C.T
         for i, piece in enumerate(self.flow.pieces):
-            for mode in np.unique(modes[:, i]):
-                at = modes[:, i] == mode
-                row = piece.rows[mode]
-                memory = piece.held(int(mode), y[at, i], held[at, i])
-                self.memory[chosen[at], i] = memory if piece.memory else 0.0
-                self.moments[chosen[at], i] = (
-                    row[SLOPE] * y[at, i] + row[OFFSET] - row[HELD] * held[at, i]
-                )
+            memory, moments = piece.at(modes[:, i], y[:, i], held[:, i])
+            self.memory[chosen, i], self.moments[chosen, i] = memory, moments
 
     def _holding(self, chosen: NDArray[np.int64], modes: NDArray[np.int64], log: Array) -> None:
         """Moments of laws that hold their outputs at zero; `log` has table and (x, u) of steps."""
@@ -262,23 +261,3 @@ class March:
             at = modes[:, i] == STUCK_MODE
             rows = flow.outputs[log[at, 0].astype(np.int64), i]
             self.moments[chosen[at], i] = np.sum(rows * entries[at], axis=1) / gains[i]
-
-
-@cache
-def _gauss_rule() -> tuple[Array, Array]:
-    """Nodes and weights of Gauss's rule on [0, 1], exact to twice the degree of a step."""
-    nodes, weights = np.polynomial.legendre.leggauss(WIDTH)
-    return 0.5 * (nodes + 1.0), 0.5 * weights
-
-
-def fundamental(flow: Flow, z: Array, period: float) -> float:
-    """Amplitude of the fundamental of the first output over the cycle through z = (x, h).
-
-    y is analytic within a step, so Gauss's rule on each step is exact to round-off.
-    """
-    nodes, weights = _gauss_rule()
-    march = March(flow, flow.begin(z[: flow.n], z[flow.n :]))
-    starts, lengths, powers = march.through(period, flow.C[:1])
-    y = powers[..., 0] @ nodes ** np.arange(WIDTH)[:, None]
-    angles = 2.0 * np.pi / period * (starts[:, None] + lengths[:, None] * nodes)
-    return float(2.0 / period * abs(np.sum(weights * lengths[:, None] * y * np.exp(1j * angles))))

@@ -185,7 +185,7 @@ def _can_rest(flow: Flow) -> NDArray[np.bool_]:
     k = flow.arrays.step.size
     places = np.argsort(flow.arrays.lookup)[-k:] if k else np.empty(0, dtype=np.int64)
     rests = np.ones(k, dtype=bool)
-    for piece, slopes in zip(flow.pieces, flow.slopes_at(places).T, strict=True):
+    for piece, slopes in zip(flow.pieces, flow.laws.slopes_at(places).T, strict=True):
         free = piece.rows[piece.rows[:, DIRECTION] == 0.0, SLOPE]
         rests &= np.isin(slopes, free) | np.isnan(slopes)
     return rests
@@ -198,7 +198,7 @@ def _outputs(flow: Flow) -> tuple[Array | None, NDArray[np.int64]]:
     if flow.outputs is None:
         return None, slack
     places = np.argsort(flow.arrays.lookup)[-k:]
-    stuck = np.isnan(flow.slopes_at(places))
+    stuck = np.isnan(flow.laws.slopes_at(places))
     return flow.outputs, np.sum(stuck, axis=1) + np.sum(stuck[:, springs:], axis=1)
 
 

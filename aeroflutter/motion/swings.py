@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 __all__ = [
+    "Lap",
     "Swing",
-    "cycle_extremes",
     "extremes",
     "rest_extremes",
     "rows_of",
@@ -67,39 +68,105 @@ def rows_of(system: AnySystem) -> Array:
     return np.array([*(one.row for one in named_rows(whole)), *whole.C])
 
 
-def cycle_extremes(
-    flow: Flow, z: Array, period: float, rows: Array | None = None
-) -> tuple[Array, Array]:
-    """Lowest and highest of rows @ x, by default `rows_of`, on the cycle of z = (x, every memory).
+class Lap(NamedTuple):
+    """A cycle once round: coordinates as polynomials in the time of each step.
 
-    Each is a polynomial within a step: its turns are looked for between nodes, and Newton's method
-    finds them to round-off.
+    Attributes
+    ----------
+    period
+        Of the cycle.
+    starts, lengths
+        Of each step, (i,) twice.
+    y
+        Coefficients of the powers of the part of a step gone by, (i, WIDTH, r).
+    place
+        Which of them each row asked for is, (q,).
     """
-    from aeroflutter.motion.march import March
 
-    march = March(flow, flow.begin(z[: flow.n], z[flow.n :]))
-    rows = rows_of(flow.system) if rows is None else rows
-    alike: dict[bytes, int] = {}  # a coordinate and the spring in it move alike to the last bit
-    place = [alike.setdefault(row.tobytes(), len(alike)) for row in rows]
-    _, _, y = march.through(period, rows[[place.index(i) for i in range(len(alike))]])
-    order = np.arange(y.shape[1])
-    nodes = np.linspace(0.0, 1.0, _NODES)[:, None] ** order
-    values, rates = nodes @ y, (nodes[:, :-1] * order[1:]) @ y[:, 1:]
-    low, high = values.min(axis=(0, 1)), values.max(axis=(0, 1))
-    step, node, row = np.nonzero(rates[:, :-1] * rates[:, 1:] < 0.0)
-    first, last = rates[step, node, row], rates[step, node + 1, row]
-    turning = y[step, :, row]
-    slopes, bends = turning[:, 1:] * order[1:], turning[:, 2:] * (order[2:] * order[1:-1])
-    s = (node + first / (first - last)) / (_NODES - 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for _ in range(_NEWTON):
-            powers = s[:, None] ** order
-            rate, bend = np.sum(slopes * powers[:, :-1], 1), np.sum(bends * powers[:, :-2], 1)
-            s = np.clip(s - rate / bend, node / (_NODES - 1), (node + 1) / (_NODES - 1))
-    turned = np.sum(turning * s[:, None] ** order, axis=1)
-    np.fmin.at(low, row, turned)
-    np.fmax.at(high, row, turned)
-    return low[place], high[place]
+    period: float
+    starts: Array
+    lengths: Array
+    y: Array
+    place: list[int]
+
+    @classmethod
+    def of(cls, flow: Flow, z: Array, period: float, rows: Array | None = None) -> Lap:
+        """Of the cycle through z = (x, every memory): rows @ x, by default `rows_of`."""
+        from aeroflutter.motion.march import March
+
+        rows = rows_of(flow.system) if rows is None else rows
+        alike: dict[bytes, int] = {}  # a coordinate and the spring in it move alike to the last bit
+        place = [alike.setdefault(row.tobytes(), len(alike)) for row in rows]
+        distinct = rows[[place.index(i) for i in range(len(alike))]]
+        march = March(flow, flow.begin(z[: flow.n], z[flow.n :]))
+        return cls(period, *march.through(period, distinct), place)
+
+    def extremes(self) -> tuple[Array, Array]:
+        """Lowest and highest of each row, (q,) twice.
+
+        A step in which one may turn is looked at between nodes, and Newton's method finds the
+        turns to round-off.
+        """
+        y, order = self.y, np.arange(self.y.shape[1])
+        ends = np.concatenate((y[:, 0], np.sum(y, axis=1)))
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        step, row = np.nonzero(np.abs(y[:, 1]) <= order[2:] @ np.abs(y[:, 2:]))
+        turning = y[step, :, row]
+        slopes, bends = turning[:, 1:] * order[1:], turning[:, 2:] * (order[2:] * order[1:-1])
+        rates = slopes @ _nodes(order.size)[:-1]
+        which, node = np.nonzero(rates[:, :-1] * rates[:, 1:] < 0.0)
+        first, last = rates[which, node], rates[which, node + 1]
+        turning, slopes, bends = turning[which], slopes[which], bends[which]
+        least = node / (_NODES - 1)
+        s = least + first / (first - last) / (_NODES - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for _ in range(_NEWTON):
+                powers = _powers(s, order.size)
+                rate = np.einsum("ij,ij->i", slopes, powers[:, :-1])
+                change = rate / np.einsum("ij,ij->i", bends, powers[:, :-2])
+                s = np.minimum(np.maximum(s - change, least), least + 1.0 / (_NODES - 1))
+        turned = np.einsum("ij,ij->i", turning, _powers(s, order.size))
+        np.fmin.at(low, row[which], turned)
+        np.fmax.at(high, row[which], turned)
+        return low[self.place], high[self.place]
+
+    def fundamental(self, row: int) -> float:
+        """Amplitude of the fundamental of a row.
+
+        It is analytic within a step, so Gauss's rule on each step is exact to round-off.
+        """
+        y = self.y[..., self.place[row]]
+        nodes, weights, powers = _gauss_rule(y.shape[1])
+        angles = 2.0 * np.pi / self.period * (self.starts[:, None] + self.lengths[:, None] * nodes)
+        parts = weights * self.lengths[:, None] * (y @ powers) * np.exp(1j * angles)
+        return float(2.0 / self.period * abs(np.sum(parts)))
+
+
+def _powers(s: Array, count: int) -> Array:
+    """Powers of each of some places, (k, count)."""
+    powers = np.repeat(s, count).reshape(-1, count)
+    powers[:, 0] = 1.0
+    return np.asarray(np.multiply.accumulate(powers, axis=1))
+
+
+@cache
+def _nodes(count: int) -> Array:
+    """Powers of the nodes of a step, (count, _NODES)."""
+    return np.asarray(np.linspace(0.0, 1.0, _NODES) ** np.arange(count)[:, None])
+
+
+@cache
+def _gauss_rule(count: int) -> tuple[Array, Array, Array]:
+    """Nodes and weights of Gauss's rule on [0, 1], exact to twice the degree of a step, and powers.
+
+    Returns
+    -------
+    nodes, weights, powers
+        (count,) twice, and (count, count) by power and node.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes = 0.5 * (nodes + 1.0)
+    return nodes, 0.5 * weights, nodes ** np.arange(count)[:, None]
 
 
 def extremes(states: Array, rates: Array, dt: float, rows: Array) -> tuple[Array, Array]:

@@ -12,7 +12,7 @@ that states one is known to all of them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -184,7 +184,7 @@ class PieceTable:
         """Whether a motion depends on more than its state: on h, or on the side of a relay."""
         return self.memory or bool(np.any(self.rows[:, BRANCH]))
 
-    @property
+    @cached_property
     def jumps(self) -> bool:
         """Whether F jumps."""
         return bool(np.any(self.rows[:, JUMPS]))
@@ -216,12 +216,21 @@ class PieceTable:
         high = y >= self.rows[0, HIGH] or (memory > 0.0 and y > self.rows[1, LOW])
         return int(high), float(self.rows[int(high), BRANCH])
 
-    def held(self, mode: int, y: Any, memory: Any) -> Any:
+    def held(self, mode: int, y: float, memory: float) -> float:
         """Memory at y within a mode: h where it sticks, y - lag between the stops on a flat."""
         row = self.rows[mode]
         if not row[SLIDES]:
             return memory
-        return np.clip(y - row[LAG], row[FLOOR], row[CEILING])
+        return float(min(max(y - row[LAG], row[FLOOR]), row[CEILING]))
+
+    def at(self, modes: NDArray[np.int64], y: Array, memory: Array) -> tuple[Array, Array]:
+        """Memory and moment at many y within their modes, see `held`, all of one shape."""
+        rows = self.rows[modes]
+        moments = rows[:, SLOPE] * y + rows[:, OFFSET] - rows[:, HELD] * memory
+        if not self.memory:
+            return np.zeros(y.shape), moments
+        slid = np.minimum(np.maximum(y - rows[:, LAG], rows[:, FLOOR]), rows[:, CEILING])
+        return np.where(rows[:, SLIDES] != 0.0, slid, memory), moments
 
     def window(self, mode: int, memory: float = 0.0) -> tuple[float, float]:
         """Lower and upper edge of y in a mode."""

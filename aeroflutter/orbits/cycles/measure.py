@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
-from aeroflutter.motion.swings import Swing, cycle_extremes, rows_of, swings_of
+from aeroflutter.motion.swings import Lap, Swing, rows_of, swings_of
 from aeroflutter.orbits.cycles.centre import Centre
 from aeroflutter.orbits.cycles.loop import Loop, Trace
 from aeroflutter.orbits.cycles.result import Cycle
@@ -207,7 +207,8 @@ def _swings(
     if isinstance(flow, SmoothFlow):
         low, high = flow.extremes(z, period, rows)
     else:
-        low, high = cycle_extremes(flow.exact, np.append(z[: loop.n], memory), period, rows)
+        start = np.append(z[: loop.n], memory)
+        low, high = Lap.of(flow.exact, start, period, rows).extremes()
     rest = rows @ frame.centre.rest(loop.family, speed)
     coordinates, springs = swings_of(system, low + rest, high + rest)
     return tuple(coordinates), tuple(springs)

@@ -21,8 +21,9 @@ that sticks all the way while other springs switch, whose place is free within b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +46,7 @@ _KEPT = 8  # shots: events are looked for between states that are used again
 _LOG_PERIOD = 5.0  # by which Newton's method may change ln T
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Shot:
     """The shooting equations at one q.
 
@@ -56,8 +57,8 @@ class Shot:
     monodromy
         Derivative of the map that the cycle is a fixed point of, (m, m): of the period map, or of
         z -> -z(T/2).
-    rate
-        z' at the start, (m,).
+    motion
+        Gives z' at the start, (m,).
     passage
         The motion over the (half) period.
     free
@@ -69,10 +70,15 @@ class Shot:
     residual: Array
     jacobian: Array
     monodromy: Array
-    rate: Array
+    motion: Callable[[], Array]
     passage: Passage
     free: int
     stuck: NDArray[np.intp]
+
+    @cached_property
+    def rate(self) -> Array:
+        """z' at the start, (m,)."""
+        return self.motion()
 
 
 class Phase(NamedTuple):
@@ -195,7 +201,8 @@ class Shooting:
             residual[stuck] = z[stuck] - self.hold[stuck - self.loop.n]
             jacobian[stuck] = 0.0
             jacobian[stuck, stuck] = 1.0
-        return Shot(residual, jacobian, monodromy, flow.rate(z), passage, len(free), stuck)
+        motion = partial(flow.rate, z)
+        return Shot(residual, jacobian, monodromy, motion, passage, len(free), stuck)
 
     def _phase(self, flow: Flow | SmoothFlow, z: Array) -> tuple[float, Array, float]:
         """Phase condition, its gradient in z (m,) and its derivative with respect to U."""
