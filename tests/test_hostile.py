@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+import aeroflutter
 from aeroflutter import cli
 from aeroflutter.cli import main
 from aeroflutter.cli.streams import printable
@@ -54,6 +55,30 @@ def test_a_file_does_not_take_the_place_of_a_closed_stream(tmp_path: Path) -> No
 def test_a_full_stderr_keeps_the_exit_code(where: str) -> None:
     command = f"{sys.executable} -m aeroflutter validate nosuch {where}"
     assert subprocess.run(["bash", "-c", command], check=False).returncode == 2
+
+
+def test_what_is_said_aside_ends_nothing_on_a_full_stderr() -> None:
+    """Progress, notices and warnings are lines on stderr as well."""
+    script = (
+        "from aeroflutter.stderr import aside\n"
+        "from aeroflutter.kernels.notice import _NOTICE\n"
+        "_NOTICE.active = True\n"
+        "aside('one'); _NOTICE.speak(); aside('two'); print('done')"
+    )
+    command = f'{sys.executable} -c "{script}" 2> /dev/full'
+    done = subprocess.run(["bash", "-c", command], check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "done\n")
+
+
+def test_nothing_else_prints_on_stderr() -> None:
+    root = Path(aeroflutter.__file__).parent
+    apart = {"stderr.py", "variables.py"}  # the other process of a reader has its parent to hear it
+    loud = [
+        file.name
+        for file in root.rglob("*.py")
+        if file.name not in apart and "file=sys.stderr" in file.read_text()
+    ]
+    assert loud == []
 
 
 def test_control_characters_of_the_input_are_spelt_out(capsys: Capture) -> None:

@@ -15,9 +15,10 @@ from contextvars import copy_context
 from typing import TYPE_CHECKING
 
 from aeroflutter import __version__
-from aeroflutter.cli.streams import Terminated, opened, say, silenced, terminable
+from aeroflutter.cli.streams import Terminated, opened, say, terminable
 from aeroflutter.errors import AeroflutterError, ConvergenceError, InputError
 from aeroflutter.kernels.notice import noticing
+from aeroflutter.stderr import silenced
 
 if TYPE_CHECKING:
     from cyclopts import App

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from typing import Any
+
+from aeroflutter.cli.streams import say
 
 __all__ = ["former", "renamed"]
 
@@ -23,7 +24,7 @@ def former(given: Mapping[str, Any], today: str) -> None:
     """Warn of options that still work and have another name today."""
     for name, value in given.items():
         if value is not None:
-            print(f"aeroflutter: {name} is {today} now", file=sys.stderr)
+            say(f"{name} is {today} now")
 
 
 def renamed(words: list[str]) -> list[str]:
@@ -33,13 +34,13 @@ def renamed(words: list[str]) -> list[str]:
     for place, word in enumerate(words):
         name, equals, value = word.partition("=")
         if name in names:
-            print(f"aeroflutter: {name} is {names[name]} now", file=sys.stderr)
+            say(f"{name} is {names[name]} now")
             option, *rest = names[name].split()
             found += [f"{option}{equals}{value}", *rest]
         else:
             found.append(word)
         following = words[place + 1] if place + 1 < len(words) else ""
         if words[0] == "sweep" and word == "--onset" and following not in ONSETS:
-            print("aeroflutter: --onset is --onset describing now", file=sys.stderr)
+            say("--onset is --onset describing now")
             found.append("describing")
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -23,6 +22,7 @@ from aeroflutter.cli.largest import largest_of
 from aeroflutter.cli.varying import Vary, lowest_rows
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.results.unit import told
+from aeroflutter.stderr import aside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,7 +125,7 @@ def _asymmetric(case: Case, branches: Branches, settings: HarmonicOptions) -> Br
             try:
                 found.append(asymmetric_branch(*case.loop(), branch, event, settings))
             except ConvergenceError as error:
-                print(f"aeroflutter: at {event.speed_ratio:.5g}: {error}", file=sys.stderr)
+                aside(f"aeroflutter: at {event.speed_ratio:.5g}: {error}")
     return tuple(found)
 
 

@@ -15,6 +15,7 @@ from aeroflutter.cli.common import name_problems
 from aeroflutter.cli.streams import printable
 from aeroflutter.errors import AeroflutterError, InputError
 from aeroflutter.limits import within
+from aeroflutter.stderr import aside
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
@@ -134,7 +135,7 @@ class Keeping:
         if self.resume:
             resumed = Store.resume(self.store, study)
             for line in resumed.mended:
-                print(printable(f"{self.store}: {line}"), file=sys.stderr)
+                aside(printable(f"{self.store}: {line}"))
             return contextlib.closing(resumed)
         from aeroflutter.results.dataset import VARIABLES, provenance
 
@@ -156,7 +157,7 @@ def compute(study: Any, results: Any, executor: Executor, unit: str) -> None:
     except (KeyboardInterrupt, AeroflutterError, OSError) as stop:
         if isinstance(results, Store):
             how = "interrupted" if isinstance(stop, KeyboardInterrupt) else "stopped"
-            print(printable(_how_to_resume(how, results)), file=sys.stderr)
+            aside(printable(_how_to_resume(how, results)))
         raise
 
 

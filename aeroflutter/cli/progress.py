@@ -8,6 +8,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from aeroflutter.stderr import aside
+
 if TYPE_CHECKING:
     from aeroflutter.studies.maps import Progress
 
@@ -75,17 +77,15 @@ class _Lines:
         if state.phase != self.phase:
             self.phase, self.begin, self.next = state.phase, now, now + FIRST
             if state.before:
-                print(f"{state.phase}: {state.before:,} done before", file=sys.stderr)
+                aside(f"{state.phase}: {state.before:,} done before")
         if now < self.next or state.done == 0:
             return
         self.next = now + OFTEN
         rate = state.done / (now - self.begin)
         left = (state.total - state.before - state.done) / rate
-        print(
+        aside(
             f"{state.phase}: {state.before + state.done:,} of {state.total:,} {self.unit}, "
-            f"{pace(rate, self.unit)}, {left:.0f} s left",
-            file=sys.stderr,
-            flush=True,
+            f"{pace(rate, self.unit)}, {left:.0f} s left"
         )
 
 
@@ -99,7 +99,7 @@ def counting(unit: str) -> Iterator[Callable[[object], None]]:
         count += 1
         if time.monotonic() > then:
             then = time.monotonic() + OFTEN
-            print(f"{count:,} {unit} so far", file=sys.stderr, flush=True)
+            aside(f"{count:,} {unit} so far")
 
     yield tick
 

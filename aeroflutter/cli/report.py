@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,6 +20,7 @@ from aeroflutter.cli.common import (
 )
 from aeroflutter.errors import InputError
 from aeroflutter.results.unit import spoken_unit
+from aeroflutter.stderr import aside
 
 if TYPE_CHECKING:
     import numpy as np
@@ -100,8 +100,8 @@ def report(
         periods=periods,
     )
     plotly = plotly_source()
-    found = analyse(loaded, settings, progress=lambda step: print(f"{step} …", file=sys.stderr))
-    print("motions …", file=sys.stderr)
+    found = analyse(loaded, settings, progress=lambda step: aside(f"{step} …"))
+    aside("motions …")
     content = gather(found)
     with replacing(out) as part:
         part.write_text(render(loaded, content, plotly), encoding="utf-8")

@@ -10,7 +10,9 @@ import sys
 import threading
 from collections.abc import Iterator
 
-__all__ = ["Terminated", "opened", "printable", "say", "silenced", "terminable"]
+from aeroflutter.stderr import aside
+
+__all__ = ["Terminated", "opened", "printable", "say", "terminable"]
 
 
 LONGEST = 800  # characters of a line that somebody is to read
@@ -37,12 +39,6 @@ def opened() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def silenced(stream: io.TextIOBase | object) -> None:
-    """Send what is still to be printed nowhere: nor may Python flush it at exit."""
-    descriptor = 1 if stream is sys.stdout else 2
-    os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
-
-
 def printable(text: str) -> str:
     """Text in which control characters are spelt out, so that a terminal does not obey them."""
     return "".join(
@@ -55,10 +51,7 @@ def say(line: str) -> None:
     text = printable(line).replace("\n", "\\n")
     if len(text) > LONGEST:  # what was given, repeated; the remedy stands at the end
         text = f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 :]}"
-    try:
-        print(f"aeroflutter: {text}", file=sys.stderr, flush=True)
-    except (OSError, ValueError):  # a full disk, a reader that has gone, a closed stream
-        silenced(sys.stderr)
+    aside(f"aeroflutter: {text}")
 
 
 class Terminated(KeyboardInterrupt):

@@ -14,6 +14,7 @@ from aeroflutter.cli.show import say, show_table
 from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.limits import within
 from aeroflutter.results.unit import spoken_unit
+from aeroflutter.stderr import aside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,7 +106,7 @@ def _counted(analyse: Callable[[Case], Any], total: int) -> Callable[[Case], Any
         nonlocal done
         done += 1
         if sys.stderr.isatty():
-            print(f"member {done} of {total}", file=sys.stderr, flush=True)
+            aside(f"member {done} of {total}")
         return analyse(case)
 
     return one

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
+
+from aeroflutter.stderr import aside
 
 __all__ = ["LONG", "compiling_time", "listen", "noticing"]
 
@@ -54,7 +55,7 @@ class _Notice:
         """The line, once."""
         if self.active:
             self.active = False
-            print(LINE, file=sys.stderr, flush=True)
+            aside(LINE)
 
 
 _NOTICE = _Notice()

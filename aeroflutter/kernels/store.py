@@ -33,6 +33,7 @@ from numba.core.serialize import dumps
 
 from aeroflutter.kernels.folders import claim, touch, user_folder
 from aeroflutter.kernels.libraries import needs, ready
+from aeroflutter.stderr import aside
 
 __all__ = ["KernelCache", "folder", "is_kernel_module", "sources", "state_hash"]
 
@@ -191,8 +192,7 @@ def _warn(reason: str) -> None:
     if _warned or parent_process() is not None:
         return
     _warned.append(reason)
-    print(
+    aside(
         f"aeroflutter: machine code cannot be kept ({reason}), so every run compiles again; "
-        "set NUMBA_CACHE_DIR to a folder that can be written",
-        file=sys.stderr,
+        "set NUMBA_CACHE_DIR to a folder that can be written"
     )
