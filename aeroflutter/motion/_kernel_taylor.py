@@ -3,20 +3,37 @@
 The series of a product is the product of series, so coefficients of any order follow from one
 another. With as many as here the step is a fixed part of the radius of convergence, and what is
 left out is below round-off (Jorba & Zou 2005, "A software package for the numerical integration of
-ODEs by means of high-order Taylor methods"). A step ends where an output leaves its piece.
+ODEs by means of high-order Taylor methods"). A step ends where an output leaves its piece or, on
+the flat of a loop, turns back.
 
-The pieces of all springs are the rows of two tables: `beta`, coefficients of F = Σ β_j y^j from the
-constant on, (rows, powers+1), and `edges`, lower and upper end of y, (rows, 2). Those of one spring
-follow each other, so the neighbour of a row is the next piece.
+The memories are marched with the state, z = (x, h, …): h' is 0 where a loop sticks and y' on its
+flats. F is continuous, so a switch leaves x' as it is.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
-from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2, Whole1
+from aeroflutter.kernels.arrays import Real1, Real2, Real3, Whole1
+from aeroflutter.motion._kernel_roots import ABOVE, BELOW, NONE, REVERSAL
+from aeroflutter.springs._kernel_columns import (
+    CEILING,
+    DIRECTION,
+    FLOOR,
+    HELD,
+    HIGH,
+    LAG,
+    LOW,
+    MOVES,
+    SLIDES,
+    TO_HIGH,
+    TO_LOW,
+    TO_TURN,
+)
 
 Array = NDArray[np.float64]
 
@@ -26,18 +43,64 @@ MOST_TURNS = 2 * PARTS  # in a step
 IDLE = 8  # steps of no length in a row, from piece to piece, before there is none left
 REACHED, FULL, OUT, STALLED = range(4)
 ON_TIME = 1e-9  # of the spacing: a sample as late as this still belongs to the step
+ROUND_OFF = 8.0 * 2.0**-52  # of the terms of y: by as much it may pass an edge that it only touches
+EVENT_COLUMNS = 6  # time, kind, mode after it, y, F, spring: as the exact flow tells them
+
+
+class Law(NamedTuple):
+    """A system closed by laws of polynomial pieces.
+
+    Attributes
+    ----------
+    A, B, C, d
+        The system.
+    dA, dB
+        Derivatives of A and B with respect to a parameter, of which the last tangent is; or (0, 0).
+    beta
+        Coefficients of F = Σ β_j y^j - held h from the constant on, a row a mode of each spring,
+        (rows, powers+1).
+    table
+        The same rows of the piece tables, (rows, COLUMNS), their followers counted among all.
+    first
+        Row of each spring's first mode, (m,).
+    held
+        Place in z of each spring's memory, or -1, (m,).
+    """
+
+    A: Real2
+    B: Real2
+    C: Real2
+    d: Real1
+    dA: Real2
+    dB: Real2
+    beta: Real2
+    table: Real2
+    first: Whole1
+    held: Whole1
+
+
+class Series(NamedTuple):
+    """Taylor coefficients, all from order 0 on.
+
+    Attributes
+    ----------
+    z, y, F
+        Of z (ORDER+1, N), of every y (m, ORDER+1) and of every F (m, ORDER).
+    nested
+        Of F's nests, (m, powers, ORDER).
+    """
+
+    z: Real2
+    y: Real2
+    F: Real2
+    nested: Real3
 
 
 @kernel(entry=True)
 def march(
-    A: Given2,
-    B: Given2,
-    C: Given2,
-    d: Given1,
-    beta: Given2,
-    edges: Given2,
+    law: Law,
     rows: Whole1,
-    x: Real1,
+    z: Real1,
     time: float,
     until: float,
     slope: float,
@@ -45,98 +108,105 @@ def march(
     dt: float,
     samples: Real2,
     turns: Real2,
-) -> tuple[int, float, float, int, int]:
+    events: Real2,
+) -> tuple[int, float, float, int, int, int]:
     """March to a time, or until |y| passes a bound, the turns are full, or no step is left.
 
     Parameters
     ----------
-    A, B, C, d
-        The system; y is its first output.
-    beta, edges
-        The pieces of the laws.
-    rows, x
-        Row of each spring's piece, (m,), and state at `time`, (n,), replaced by those reached.
+    law
+        What is marched; y is its first output.
+    rows, z
+        Row of each spring's mode, (m,), and state with memories at `time`, (N,), replaced by those
+        reached.
     slope
         Last y' that was not zero; 0 at the start.
     dt, samples
-        States at all multiples of dt after `time` are written into `samples`, (k, n).
+        z at all multiples of dt after `time` are written into `samples`, (k, N).
     turns
         Filled with time and y of the turning points, (k, 2).
+    events
+        Filled with the switches, (k, EVENT_COLUMNS).
 
     Returns
     -------
-    status, time, slope, count, found
-        How it ended and when; y' there; samples and turning points written.
+    status, time, slope, count, found, switched
+        How it ended and when; y' there; samples, turning points and switches written.
     """
-    X, Y, nested = room_of(B.shape[1], x.size, beta.shape[1])
+    series = room_of(law)
+    Y, none = series.y, np.empty((0, 0))
     spots = np.empty(MOST_TURNS)
-    count, found, idle = 0, 0, 0
+    count, found, switched, idle = 0, 0, 0, 0
     following = np.floor(time / dt + ON_TIME) + 1.0
     while time < until:
-        if found + MOST_TURNS > turns.shape[0]:
-            return FULL, time, slope, count, found
-        expand(A, B, C, d, beta, rows, x, X, Y, nested)
-        step, which, way = first_leaving(Y, edges, rows, min(reach(X), until - time))
+        if found + MOST_TURNS > turns.shape[0] or switched == events.shape[0]:
+            return FULL, time, slope, count, found, switched
+        expand(law, rows, z, series)
+        step, which, kind = first_leaving(law, rows, z, Y, min(reach(series.z), until - time))
         end = until if step == until - time else time + step
         idle = 0 if end > time else idle + 1
         if idle > IDLE or (idle > 0 and which < 0):
-            return STALLED, time, slope, count, found
+            return STALLED, time, slope, count, found, switched
         while following * dt <= end + ON_TIME * dt and count < samples.shape[0]:
-            evaluate(X, following * dt - time, samples[count])
+            evaluate(series.z, following * dt - time, samples[count])
             count, following = count + 1, following + 1.0
         more, slope = turning(Y[0], step, slope, spots)
         for at in spots[:more]:
             turns[found, 0], turns[found, 1] = time + at, value(Y[0], at)
             found += 1
-        evaluate(X, step, x)
+        evaluate(series.z, step, z)
         time = end
         if which >= 0:
-            rows[which] += way
+            switch(law, rows, z, which, kind, none, time, events[switched])
+            switched += 1
         if not abs(value(Y[0], step)) <= bound:
-            return OUT, time, slope, count, found
-    return REACHED, time, slope, count, found
+            return OUT, time, slope, count, found, switched
+    return REACHED, time, slope, count, found, switched
 
 
 @kernel
-def room_of(m: int, n: int, powers: int) -> tuple[Array, Array, Array]:
-    """Room for the series of x, of every y and of every nest."""
-    X, Y = np.empty((ORDER + 1, n)), np.empty((m, ORDER + 1))
-    return X, Y, np.empty((m, powers - 1, ORDER))
+def room_of(law: Law) -> Series:
+    """Room for the series."""
+    m, N, powers = law.C.shape[0], law.C.shape[1], law.beta.shape[1] - 1
+    for place in law.held:
+        N += place >= 0
+    z, y = np.empty((ORDER + 1, N)), np.empty((m, ORDER + 1))
+    return Series(z, y, np.empty((m, ORDER)), np.empty((m, powers, ORDER)))
 
 
 @kernel
-def expand(
-    A: Array,
-    B: Array,
-    C: Array,
-    d: Array,
-    beta: Array,
-    rows: NDArray[np.int64],
-    x: Array,
-    X: Array,
-    Y: Array,
-    nested: Array,
-) -> None:
-    """Taylor coefficients of x (ORDER+1, n), of y (m, ORDER+1) and of F's nests."""
-    n, m = B.shape
-    moments = np.empty(m)
-    X[0] = x
+def expand(law: Law, rows: NDArray[np.int64], z: Array, series: Series) -> None:
+    """Taylor coefficients of everything from z."""
+    m, n = law.C.shape
+    Z, Y, F = series.z, series.y, series.F
+    Z[0] = z
+    for s in range(m):
+        Y[s, 0] = output(law, s, z)
     for k in range(ORDER):
         for s in range(m):
-            y = 0.0
-            for j in range(n):
-                y += C[s, j] * X[k, j]
-            Y[s, k] = y
-            moments[s] = nest(beta, rows[s], Y[s], k, nested[s])
+            F[s, k] = nest(law.beta, rows[s], Y[s], k, series.nested[s])
+            if law.held[s] >= 0:
+                F[s, k] -= law.table[rows[s], HELD] * Z[k, law.held[s]]
         for i in range(n):
-            total = d[i] if k == 0 else 0.0
+            total = law.d[i] if k == 0 else 0.0
             for s in range(m):
-                total -= B[i, s] * moments[s]
+                total -= law.B[i, s] * F[s, k]
             for j in range(n):
-                total += A[i, j] * X[k, j]
-            X[k + 1, i] = total / (k + 1)
-    for s in range(m):
-        Y[s, ORDER] = np.sum(C[s] * X[ORDER])
+                total += law.A[i, j] * Z[k, j]
+            Z[k + 1, i] = total / (k + 1)
+        for s in range(m):
+            Y[s, k + 1] = output(law, s, Z[k + 1])
+            if law.held[s] >= 0:
+                Z[k + 1, law.held[s]] = law.table[rows[s], SLIDES] * Y[s, k + 1]
+
+
+@kernel
+def output(law: Law, s: int, z: Array) -> float:
+    """y of a spring at z."""
+    y = 0.0
+    for j in range(law.C.shape[1]):
+        y += law.C[s, j] * z[j]
+    return y
 
 
 @kernel
@@ -176,26 +246,77 @@ def reach(X: Array) -> float:
 
 @kernel
 def first_leaving(
-    Y: Array, edges: Array, rows: NDArray[np.int64], step: float
+    law: Law, rows: NDArray[np.int64], z: Array, Y: Array, step: float
 ) -> tuple[float, int, int]:
-    """The step to where the first output leaves its piece, its place (or -1) and to which side."""
-    spots, which, way = np.empty(MOST_TURNS), -1, 0
+    """The step to where the first output leaves its mode, its place (or -1) and what ends it."""
+    spots, which, kind = np.empty(MOST_TURNS), -1, NONE
     for s in range(Y.shape[0]):
-        low, high = edges[rows[s], 0], edges[rows[s], 1]
-        if low == -np.inf and high == np.inf:
+        row = law.table[rows[s]]
+        low, high, direction = row[LOW], row[HIGH], row[DIRECTION]
+        if row[MOVES] != 0.0:
+            h = z[law.held[s]]
+            low = -np.inf if h <= row[FLOOR] else low + row[MOVES] * h
+            high = np.inf if h >= row[CEILING] else high + row[MOVES] * h
+        if low == -np.inf and high == np.inf and direction == 0.0:
             continue
-        more, _ = turning(Y[s], step, rate(Y[s], 0.0), spots)
-        early = 0.0
+        slope = direction if direction != 0.0 else rate(Y[s], 0.0)
+        more, _ = turning(Y[s], step, slope, spots)
+        slack, early = 0.0, 0.0
+        for j in range(law.C.shape[1]):
+            slack += ROUND_OFF * abs(law.C[s, j] * z[j])
         for k in range(more + 1):
             late = spots[k] if k < more else step
             y = value(Y[s], late)
-            if y > high or y < low:
+            if y > high + slack or y < low - slack:
                 side = 1 if y > high else -1
                 step = passing(Y[s], early, late, high if y > high else low, side)
-                which, way = s, side
+                which, kind = s, ABOVE if side > 0 else BELOW
+                break
+            if direction != 0.0 and k < more:
+                step, which, kind = late, s, REVERSAL
                 break
             early = late
-    return step, which, way
+    return step, which, kind
+
+
+@kernel
+def switch(
+    law: Law,
+    rows: NDArray[np.int64],
+    z: Array,
+    s: int,
+    kind: int,
+    tangents: Array,
+    time: float,
+    event: Array,
+) -> None:
+    """The mode of a spring, its memory and that one's tangents after `kind` ended it; noted.
+
+    The memory follows y from where a flat begins, δh = C δx from there on, forgets where it meets a
+    stop, and keeps what it has where y turns.
+    """
+    row, held, y = law.table[rows[s]], law.held[s], output(law, s, z)
+    if row[SLIDES] != 0.0:
+        if kind == REVERSAL:
+            z[held] = min(max(y - row[LAG], row[FLOOR]), row[CEILING])
+        else:
+            z[held] = row[FLOOR] if kind == BELOW else row[CEILING]
+            if tangents.size:
+                tangents[held] = 0.0
+    after = row[TO_TURN] if kind == REVERSAL else (row[TO_LOW] if kind == BELOW else row[TO_HIGH])
+    rows[s] = int(after)
+    if held >= 0 and law.table[rows[s], SLIDES] != 0.0:
+        row = law.table[rows[s]]
+        z[held] = min(max(y - row[LAG], row[FLOOR]), row[CEILING])
+        for j in range(tangents.shape[1]):
+            tangents[held, j] = output(law, s, tangents[:, j])
+    moment = 0.0
+    for power in range(law.beta.shape[1] - 1, -1, -1):
+        moment = moment * y + law.beta[rows[s], power]
+    if held >= 0:
+        moment -= law.table[rows[s], HELD] * z[held]
+    event[0], event[1], event[2] = time, kind, rows[s] - law.first[s]
+    event[3], event[4], event[5] = y, moment, s
 
 
 @kernel

@@ -158,8 +158,8 @@ def smooth_basin(system: LureSystem, spring: Spring, y: float, size: float) -> B
     return None
 
 
-def joint_basin(loop: SmoothLoop, x: Array) -> Basin | None:
-    """Basin of a rest of several laws without memory, as wide as one of a few.
+def joint_basin(loop: SmoothLoop, rest: Array) -> Basin | None:
+    """Basin of a rest of several laws, as wide as one of a few; loops stick in it.
 
     Within a distance of every output the laws differ from their tangents F' by φ_i of a cone,
     |φ_i| <= κ_i |e_i|. V = eᵀ P e falls for all of them if, with any τ_i > 0,
@@ -173,12 +173,12 @@ def joint_basin(loop: SmoothLoop, x: Array) -> Basin | None:
     ----------
     loop
         The loop.
-    x
-        Where it rests, (n,).
+    rest
+        Where it rests, (N,).
     """
     from scipy.linalg import solve_continuous_lyapunov
 
-    K, y = loop.linear(x), loop.system.C @ x
+    K, y, x, h = loop.linear(rest), loop.outputs(rest), loop.state(rest), loop.memories(rest)
     values = np.linalg.eigvals(K)
     if not values.real.max() < -DEFINITE * np.abs(values).max():
         return None
@@ -186,20 +186,27 @@ def joint_basin(loop: SmoothLoop, x: Array) -> Basin | None:
     D, B, C = K * unit[None, :] / unit[:, None], loop.system.B / unit[:, None], loop.system.C * unit
     P = solve_continuous_lyapunov(D.T, -np.eye(x.size))
     P = 0.5 * (P + P.T)
-    F, slopes = loop.moments(y), loop.slopes(y)
+    F, slopes = loop.moments(rest), loop.slopes(rest)
     scales = np.array([one.scale for one in loop.springs])
+    widest = np.full(scales.size, np.inf)
+    for i in loop.held:
+        widest[i] = np.min(np.abs(np.subtract(loop.window(int(i), rest), y[i])))
+    if not np.all(widest > ROUND_OFF * scales):
+        return None
     for part in ROOMS:
-        e = part * scales[:, None] * SAMPLES
+        rooms = np.minimum(part * scales, widest)
         chords = [
-            (np.asarray(one.moment(at + away)) - force) / away - slope
-            for one, at, away, force, slope in zip(loop.springs, y, e, F, slopes, strict=True)
+            (np.asarray(one.moment(at + away, held)) - force) / away - slope
+            for one, at, held, away, force, slope in zip(
+                loop.springs, y, h, rooms[:, None] * SAMPLES, F, slopes, strict=True
+            )
         ]
         kappa = (1.0 + SPREAD) * np.max(np.abs(chords), axis=1) + 1e-9 * (1.0 + np.abs(slopes))
         tau = np.linalg.norm(P @ B, axis=0) / (kappa * np.linalg.norm(C, axis=1))
         cone = (C.T * (tau * kappa**2)) @ C
         falls = np.block([[D.T @ P + P @ D + cone, -P @ B], [-(P @ B).T, -np.diag(tau)]])
         if _definite(-falls) and _definite(P):
-            reach = np.sum(C.T * np.linalg.solve(P, C.T), axis=0) / (part * scales) ** 2
+            reach = np.sum(C.T * np.linalg.solve(P, C.T), axis=0) / rooms**2
             return Basin(x, P * float(reach.max()) / np.outer(unit, unit), float(y[0]))
     return None
 

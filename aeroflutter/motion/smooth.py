@@ -1,4 +1,7 @@
-"""Laws without straight pieces (cubic), alone or beside others, under the same end states."""
+"""Laws without straight pieces (cubic), alone or beside others, under the same end states.
+
+What is marched is a point z = (x, h, …), see `smooth_laws`.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ def march(
     Raises
     ------
     InputError
-        If one of several springs has a memory or jumps.
+        If one of several springs jumps.
     """
     run = _Run(SmoothLoop.of(system, spring), state, memory, options)
     run.go()
@@ -61,16 +64,17 @@ class _Run:
     def __init__(
         self, loop: SmoothLoop, state: Array, memory: Any, options: SimulateOptions
     ) -> None:
-        self.loop, self.options, self.memory = loop, options, memory
-        shortest, longest = period_range(loop.system, slopes_of(loop, state))
+        self.loop, self.options = loop, options
+        start = loop.point(state, memory)
+        shortest, longest = period_range(loop.system, slopes_of(loop, start))
         step = shortest / STEPS_A_PERIOD if np.isfinite(shortest) else np.inf
         self.window = longest if np.isfinite(longest) else 100.0
-        self.watch = watch_over(loop, state, options, RECURRENCE, DRIFT)
+        self.watch = watch_over(loop, start, options, RECURRENCE, DRIFT)
         dt = options.dt if options.record else max(options.dt, self.window / COARSE)
         self.limits = Limits(dt, self.watch.bound, self._longest(), self.watch.size, step)
-        self.motion = stepper_of(loop, state, self.limits)
+        self.motion = stepper_of(loop, start, self.limits)
         self.due = options.cycles
-        self.samples: list[Array] = [state[None].astype(float)]
+        self.samples: list[Array] = [self.motion.state[None].copy()]
         self.verdict: Verdict | None = None
         self.cycle: dict[str, Any] = {}
         self.failure = ""
@@ -129,19 +133,19 @@ class _Run:
         if self.options.progress:
             self.options.progress(min(1.0, self.motion.time / self.limits.time))
         with np.errstate(over="ignore", invalid="ignore"):
-            pitch = (
-                np.concatenate([stretch.samples, self.motion.state[None]]) @ self.loop.system.C[0]
-            )
+            points = np.concatenate([stretch.samples, self.motion.state[None]])
+            pitch = self.loop.state(points) @ self.loop.system.C[0]
         times, values = stretch.turns.T
         seen = np.concatenate((pitch, values))
         if isinstance(self.watch, JointWatch):
             self.watch.here = self.motion.state
         found = self.watch.add(times, values, float(np.min(seen)), float(np.max(seen)))
-        return found or self.watch.trapped(self.motion.state, self.memory)
+        return found or self.watch.trapped(self.motion.state, 0.0)
 
     def response(self) -> Response:
         """The result, once the march is over."""
-        states, dt, loop = np.concatenate(self.samples), self.limits.dt, self.loop
+        points, dt, loop = np.concatenate(self.samples), self.limits.dt, self.loop
+        states, memories = loop.state(points), loop.memories(points)
         verdict = self.verdict or self._last()
         kept = states if self.options.record else states[:0]
         measures = self.watch.measures(verdict, lambda n: states[-n:] @ loop.system.C[0], dt)
@@ -153,14 +157,14 @@ class _Run:
                 verdict = Verdict("neutral", NEITHER)
         low, high = cycle.pop("swings", None) or self._extremes(verdict, states)
         coordinates, springs = swings_of(loop.system, low, high)
-        first = np.atleast_1d(self.memory)[0]
+        held = loop.memories(self.motion.state)
         return Response(
             state=verdict.state,
             reason=verdict.reason,
             engine="smooth",
             duration=self.motion.time,
-            final_state=self.motion.state.copy(),
-            final_memory=self.memory,
+            final_state=loop.state(self.motion.state).copy(),
+            final_memory=held if held.size > 1 else float(held[0]),
             extras=extras,
             coordinates=tuple(coordinates),
             springs=tuple(springs),
@@ -170,7 +174,7 @@ class _Run:
                 loop.springs[0],
                 np.asarray(dt * np.arange(kept.shape[0]), dtype=np.float64),
                 kept,
-                np.full(kept.shape[0], first),
+                memories[: kept.shape[0], 0],
             ),
         )
 
@@ -180,7 +184,7 @@ class _Run:
             return unknown(self.loop.system)
         if verdict.state == "damped":
             rest = self.loop.rest_near(self.motion.state)
-            last = (self.motion.state if rest is None else rest)[None]
+            last = self.loop.state(self.motion.state if rest is None else rest)[None]
         else:
             last = states[-max(2, int(self.window / self.limits.dt)) :]
         y = last @ rows_of(self.loop.system).T
@@ -195,4 +199,4 @@ class _Run:
     def _last(self) -> Verdict:
         if self.failure:
             return Verdict("undecided", self.failure)
-        return self.watch.last(self.motion.time, self.motion.state, self.memory)
+        return self.watch.last(self.motion.time, self.motion.state)

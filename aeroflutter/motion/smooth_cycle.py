@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from aeroflutter.motion.chaos.smooth_window import passage
 from aeroflutter.motion.smooth_steps import Limits, stepper_of
 from aeroflutter.motion.swings import extremes, rows_of
 
@@ -22,7 +23,7 @@ SAMPLES = 512  # of a period
 NEWTON = 8  # iterations
 NEAR = 1e-2
 CLOSED = 1e3  # times the tolerance of the march, in sizes
-DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
+ONE = 1e-7  # from one: the multiplier of a memory of which all values do
 
 
 def settled_cycle(
@@ -30,12 +31,12 @@ def settled_cycle(
 ) -> dict[str, Any] | None:
     """Measures of the cycle next to a state, None if Newton's method does not find it.
 
-    The unknowns are the state and the period; the start may not move along the motion.
+    The unknowns are the point and the period.
 
     Parameters
     ----------
     state, period
-        A point near the cycle, (n,), and about how long it takes.
+        A point near the cycle, (N,), and about how long it takes.
     near
         Of the size of the motion: a cycle farther away is another one.
 
@@ -47,17 +48,17 @@ def settled_cycle(
     """
     orbit = _Orbit(loop, limits)
     x, T, sizes = state.copy(), period, orbit.sizes(state, period)
-    along = loop.rate(x) / sizes**2
+    along = np.zeros(x.size)  # the start may not move along the motion
+    along[: loop.system.order] = loop.rate(x) / loop.state(sizes) ** 2
     for _ in range(NEWTON):
-        end = orbit.end(x, T)
-        monodromy = orbit.monodromy(x, T, sizes)
+        end, rate, monodromy = orbit.shot(x, T, sizes)
         left = (end - x) / sizes
         if np.max(np.abs(left)) < CLOSED * orbit.tolerance:
             close = np.max(np.abs(x - state) / sizes) < near
             return orbit.measures(x, T, monodromy) if close else None
         matrix = np.zeros((x.size + 1, x.size + 1))
         matrix[:-1, :-1] = monodromy - np.eye(x.size)
-        matrix[:-1, -1] = loop.rate(end) / sizes
+        matrix[:-1, -1] = rate / sizes
         matrix[-1, :-1] = along * sizes
         step = np.linalg.lstsq(matrix, -np.append(left, 0.0), rcond=None)[0]
         x, T = x + sizes * step[:-1], T + float(step[-1])
@@ -71,7 +72,8 @@ class _Orbit:
 
     def __init__(self, loop: SmoothLoop, limits: Limits) -> None:
         self.loop, self.limits = loop, limits
-        self.tolerance = stepper_of(loop, np.zeros(loop.system.order), limits).tolerance
+        start = np.zeros(loop.system.order + loop.held.size)
+        self.tolerance = stepper_of(loop, start, limits).tolerance
 
     def march(self, x: Array, time: float, dt: float) -> tuple[Array, Array, Array]:
         """Where a motion ends, its samples and its turning points."""
@@ -80,35 +82,34 @@ class _Orbit:
         stretch = motion.march(time)
         return motion.state, np.vstack((x, stretch.samples)), stretch.turns
 
-    def end(self, x: Array, time: float) -> Array:
-        """Where a motion ends."""
-        return self.march(x, time, time)[0]
-
     def sizes(self, x: Array, period: float) -> Array:
         """Largest modulus of every state over a period, and not much less than the largest."""
         largest = np.max(np.abs(self.march(x, period, period / SAMPLES)[1]), axis=0)
         return np.asarray(np.maximum(largest, 1e-6 * largest.max()))
 
-    def monodromy(self, x: Array, period: float, sizes: Array) -> Array:
-        """Sensitivity of the end to the start, both in sizes, by central differences."""
-        steps = DIFFERENCE * np.diag(sizes)
-        rise = [self.end(x + step, period) - self.end(x - step, period) for step in steps]
-        return np.array(rise).T / (2.0 * DIFFERENCE * sizes[:, None])
+    def shot(self, x: Array, period: float, sizes: Array) -> tuple[Array, Array, Array]:
+        """End of a motion, its rate there, and its sensitivity to the start in sizes."""
+        found = passage(self.loop, x, period, self.tolerance)
+        return found.end, found.rate, found.jacobian[:, :-1] * sizes / sizes[:, None]
 
     def measures(self, x: Array, period: float, monodromy: Array) -> dict[str, Any]:
         """What there is to say of a cycle."""
         _, samples, _ = self.march(x, period, period / SAMPLES)
         turns = self.march(x, 2.0 * period, period)[2][:, 1]
-        pitch = samples[:SAMPLES] @ self.loop.system.C[0]
+        pitch = self.loop.state(samples[:SAMPLES]) @ self.loop.system.C[0]
         rates = self.loop.rates(samples[: SAMPLES + 1])
+        states = self.loop.state(samples[: SAMPLES + 1])
         rows = rows_of(self.loop.system)
-        multipliers = np.linalg.eigvals(monodromy)
-        proper = np.delete(multipliers, np.argmin(np.abs(multipliers - 1.0)))
+        proper = np.linalg.eigvals(monodromy)
+        for i in range(1 + self.loop.held.size):  # a loop that sticks, or may sit anywhere, has one
+            nearest = int(np.argmin(np.abs(proper - 1.0)))
+            if i == 0 or abs(proper[nearest] - 1.0) < ONE:
+                proper = np.delete(proper, nearest)
         return {
             "amplitude": 0.5 * float(turns.max() - turns.min()),
             "bias": 0.5 * float(turns.max() + turns.min()),
             "period": period,
             "first_harmonic": 2.0 * float(np.abs(np.fft.rfft(pitch)[1])) / SAMPLES,
             "multiplier": float(np.abs(proper).max()),
-            "swings": extremes(samples[: SAMPLES + 1], rates, period / SAMPLES, rows),
+            "swings": extremes(states, rates, period / SAMPLES, rows),
         }

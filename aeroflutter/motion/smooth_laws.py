@@ -1,20 +1,22 @@
-"""A loop of laws without memory, as the engines of series and DOP853 see it.
+"""A loop of laws of which one has no straight pieces, as the engines of series and DOP853 see it.
 
-Polynomials are one piece; of several springs those of straight pieces are as many as they have.
+Polynomials are one piece; of several springs those of straight pieces are as many as they have. A
+point z holds the state and the memory of every spring that has one: z = (x, h, …).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import as_system
-from aeroflutter.springs import alone, each
-from aeroflutter.springs._kernel_columns import HIGH, LOW, OFFSET, SLOPE
+from aeroflutter.motion._kernel_taylor import Law
+from aeroflutter.springs import PieceTable, alone, each
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR, OFFSET, SLIDES, SLOPE, STICK, TO_LOW, TO_TURN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,72 +29,105 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Pieces", "SmoothLoop", "forgetful", "scalar_law", "slope_law"]
+__all__ = ["Pieces", "SmoothLoop", "jumps", "scalar_law", "slope_law"]
 
 NEWTON = 30
 ROUND_OFF = 1e-12  # of a rest, in the size of the state that it is looked for from
 FAR = 10.0  # scales of the laws, beyond which a rest is not next to a state
 DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
+NOTHING = np.empty((0, 0))
 
 
 class Pieces(NamedTuple):
-    """Laws of polynomial pieces; see `_kernel_taylor`.
+    """Laws of polynomial pieces.
 
     Attributes
     ----------
-    beta, edges
-        A row a piece: coefficients from the constant on, and the ends of y.
-    first
-        Row of each spring's lowest piece, (m,).
+    law
+        The loop as the kernels see it.
+    tables
+        The modes of each spring.
     """
 
-    beta: Array
-    edges: Array
-    first: NDArray[np.int64]
+    law: Law
+    tables: tuple[PieceTable, ...]
 
-    def rows(self, y: Array) -> NDArray[np.int64]:
-        """The piece that each output is on."""
-        ends = np.append(self.first[1:], len(self.beta))
-        return np.array(
-            [
-                first + np.searchsorted(self.edges[first : end - 1, 1], at)
-                for first, end, at in zip(self.first, ends, y, strict=True)
-            ],
-            dtype=np.int64,
-        )
+    def begin(self, z: Array) -> tuple[NDArray[np.int64], Array]:
+        """Mode of each spring, among all, at a point, and the point with memories made to fit."""
+        law, z = self.law, z.astype(float)
+        modes = law.first.copy()
+        for s, (table, y) in enumerate(zip(self.tables, law.C @ z[: law.A.shape[0]], strict=True)):
+            memory = z[law.held[s]] if law.held[s] >= 0 else 0.0
+            mode, held = table.start(float(y), float(memory))
+            modes[s] += mode
+            if law.held[s] >= 0:
+                z[law.held[s]] = held
+        return modes, z
+
+    def tangents(self, z: Array, given: Array, columns: int) -> Array:
+        """Derivative of a point that was made to fit by what was given, (N, columns)."""
+        law, n = self.law, self.law.A.shape[0]
+        found = np.eye(z.size, columns)
+        for s in np.flatnonzero(law.held >= 0):
+            place, table = law.held[s], self.tables[s]
+            if z[place] != given[place]:
+                found[place] = 0.0
+                if table.rows[STICK, FLOOR] < z[place] < table.rows[STICK, CEILING]:
+                    found[place, :n] = law.C[s]
+        return found
+
+    def rate(self, rows: NDArray[np.int64], z: Array, x_rate: Array) -> Array:
+        """z' of a motion in these modes, from its x'."""
+        law, rate = self.law, np.zeros(z.size)
+        rate[: x_rate.size] = x_rate
+        for s in np.flatnonzero(law.held >= 0):
+            rate[law.held[s]] = law.table[rows[s], SLIDES] * (law.C[s] @ x_rate)
+        return rate
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothLoop:
-    """x' = A x - B F(C x) + d, F one law without memory an output.
+    """x' = A x - B F(C x) + d, F one law an output.
 
     Attributes
     ----------
     system, springs
         The two; y, of which turning points are asked, is the first output.
+    change
+        Derivatives of A and B with respect to a parameter, if there is one.
     """
 
     system: System
     springs: tuple[Spring, ...]
+    change: tuple[Array, Array] | None = None
 
     @classmethod
-    def of(cls, system: AnySystem, spring: Springs) -> SmoothLoop:
+    def of(
+        cls, system: AnySystem, spring: Springs, change: tuple[Array, Array] | None = None
+    ) -> SmoothLoop:
         """The loop of a system and its spring or springs.
 
         Raises
         ------
         InputError
-            If one of several has a memory or jumps.
+            If one of several jumps, or has a memory beside one without polynomial pieces.
         """
         springs = each(spring)
+        loop = cls(as_system(system), springs, change)
         for one in springs if len(springs) > 1 else ():
-            if not forgetful(one):
+            if jumps(one):
                 raise InputError(
-                    f'spring: "{one.kind}" has a memory or jumps, which the exact flow of straight '
-                    "pieces follows, and one beside it has no straight pieces, for which there are "
-                    "series: no engine does both. Give that one as a table, or use `aeroflutter hb`"
+                    f'spring: "{one.kind}" jumps, which only the exact flow of straight pieces '
+                    "follows, and one beside it has none. Give that one as a table, or use "
+                    "`aeroflutter hb`"
                 )
-        return cls(as_system(system), springs)
+        if loop.held.size and loop.pieces is None:
+            raise InputError(
+                f'spring: "{springs[loop.held[0]].kind}" has a memory, and of one beside it only '
+                "values are known. Give that one as a table or a polynomial, or use "
+                "`aeroflutter hb`"
+            )
+        return loop
 
     @property
     def spring(self) -> Spring | tuple[Spring, ...]:
@@ -100,91 +135,168 @@ class SmoothLoop:
         return alone(self.springs)
 
     @cached_property
+    def held(self) -> NDArray[np.int64]:
+        """Places of the springs with a memory, in the order of z."""
+        return np.array([i for i, one in enumerate(self.springs) if _remembers(one)], np.int64)
+
+    @cached_property
     def pieces(self) -> Pieces | None:
         """The laws as polynomial pieces, or None if one is no such thing."""
-        tables = [_pieces(one, alone=len(self.springs) == 1) for one in self.springs]
-        if any(table is None for table in tables):
+        tables = [_table(one, alone=len(self.springs) == 1) for one in self.springs]
+        known = tuple(table for table in tables if table is not None)
+        if len(known) < len(tables):
             return None
-        known = [table for table in tables if table is not None]
-        width = max(beta.shape[1] for beta, _ in known)
-        rows = [np.pad(beta, ((0, 0), (0, width - beta.shape[1]))) for beta, _ in known]
-        first = np.cumsum([0, *(len(beta) for beta in rows[:-1])])
-        edges = np.vstack([ends for _, ends in known])
-        return Pieces(np.ascontiguousarray(np.vstack(rows)), np.ascontiguousarray(edges), first)
+        rows = [table.rows.copy() for table in known]
+        first = np.cumsum([0, *(len(part) for part in rows[:-1])])
+        for part, at in zip(rows, first, strict=True):
+            part[:, TO_LOW : TO_TURN + 1] += at
+        table = np.vstack(rows)
+        powers = max(1, *(len(one.polynomial() or ()) for one in self.springs))
+        beta = np.zeros((len(table), powers + 1))
+        beta[:, :2] = table[:, [OFFSET, SLOPE]]
+        for one, at in zip(self.springs, first, strict=True):
+            given = one.polynomial()
+            if given is not None:
+                beta[at, 1 : 1 + len(given)] = given
+        held, system = np.full(len(rows), -1), self.system
+        held[self.held] = system.order + np.arange(self.held.size)
+        matrices = (system.A, system.B, system.C, system.load, *(self.change or (NOTHING,) * 2))
+        law = Law(*(np.array(part, dtype=float, order="C") for part in matrices), beta, table,
+                  first.astype(np.int64), held.astype(np.int64))  # fmt: skip
+        return Pieces(law, known)
 
     @cached_property
     def _laws(self) -> list[tuple[Callable[[float], float], Callable[[float], float]]]:
         return [(scalar_law(one), slope_law(one)) for one in self.springs]
 
-    def y(self, x: Array) -> float:
+    def moved(self, step: float) -> SmoothLoop:
+        """The loop at a parameter that differs by so much, to first order."""
+        if self.change is None:
+            return self
+        known, (dA, dB) = self.system, self.change
+        system = replace(known, A=known.A + step * dA, B=known.B + step * dB)
+        return SmoothLoop(system, self.springs)
+
+    # --- points
+
+    def point(self, state: Array, memory: Any) -> Array:
+        """z of a state (n,) and the memory of every spring, or one number for all."""
+        given = np.broadcast_to(np.asarray(memory, dtype=float), (len(self.springs),))
+        return np.append(state, given[self.held])
+
+    def state(self, z: Array) -> Array:
+        """x of points (…, N)."""
+        return z[..., : self.system.order]
+
+    def memories(self, z: Array) -> Array:
+        """Memory of every spring at points (…, N), (…, m)."""
+        found = np.zeros((*z.shape[:-1], len(self.springs)))
+        found[..., self.held] = z[..., self.system.order :]
+        return found
+
+    def y(self, z: Array) -> float:
         """The first output."""
-        return float(self.system.C[0] @ x)
+        return float(self.system.C[0] @ self.state(z))
 
-    def moments(self, y: Array) -> Array:
-        """F at outputs (m,)."""
-        return np.array([law(at) for (law, _), at in zip(self._laws, y.tolist(), strict=True)])
+    def outputs(self, z: Array) -> Array:
+        """All outputs at a point, (m,)."""
+        return np.asarray(self.system.C @ self.state(z))
 
-    def slopes(self, y: Array) -> Array:
-        """F' at outputs (m,)."""
-        return np.array([slope(at) for (_, slope), at in zip(self._laws, y.tolist(), strict=True)])
+    def moments(self, z: Array) -> Array:
+        """F at a point, (m,)."""
+        values = zip(self.outputs(z).tolist(), self.memories(z).tolist(), strict=True)
+        return np.array(
+            [
+                float(one.moment(y, h)) if i in self.held else law(y)
+                for i, ((law, _), one, (y, h)) in enumerate(
+                    zip(self._laws, self.springs, values, strict=True)
+                )
+            ]
+        )
 
-    def rate(self, x: Array) -> Array:
-        """x' at a state (n,)."""
+    def slopes(self, z: Array) -> Array:
+        """F' at a point, of a loop where it sticks, (m,)."""
+        found = zip(self._laws, self.outputs(z).tolist(), strict=True)
+        slopes = np.array([slope(y) for (_, slope), y in found])
+        for i in self.held:
+            table = self.springs[i].piece_table()
+            slopes[i] = table.rows[STICK, SLOPE] if table is not None else 0.0
+        return slopes
+
+    def rate(self, z: Array) -> Array:
+        """x' at a point, (n,)."""
         system = self.system
-        return np.asarray(system.A @ x - system.B @ self.moments(system.C @ x) + system.load)
+        return np.asarray(
+            system.A @ self.state(z) - system.B @ self.moments(z) + system.load
+        )
 
-    def forces(self, states: Array) -> Array:
-        """F at states (k, n), (k, m)."""
-        outputs = self.system.C @ states.T
-        pairs = zip(self.springs, outputs, strict=True)
-        return np.column_stack([np.asarray(one.moment(y)) for one, y in pairs])
+    def forces(self, points: Array) -> Array:
+        """F at points (k, N), (k, m)."""
+        outputs, memories = self.system.C @ self.state(points).T, self.memories(points).T
+        triples = zip(self.springs, outputs, memories, strict=True)
+        return np.column_stack([np.asarray(one.moment(y, h)) for one, y, h in triples])
 
-    def rates(self, states: Array) -> Array:
-        """x' at states (k, n)."""
+    def rates(self, points: Array) -> Array:
+        """x' at points (k, N), (k, n)."""
         system = self.system
-        return np.asarray(states @ system.A.T - self.forces(states) @ system.B.T + system.load)
+        return np.asarray(
+            self.state(points) @ system.A.T - self.forces(points) @ system.B.T + system.load
+        )
 
-    def linear(self, x: Array) -> Array:
-        """The matrix of small motions about a state, (n, n)."""
-        return self.system.closed(self.slopes(self.system.C @ x))
+    def linear(self, z: Array) -> Array:
+        """The matrix of small motions about a point, loops sticking, (n, n)."""
+        return self.system.closed(self.slopes(z))
 
-    def bend(self, x: Array) -> float:
-        """y'' at a state."""
-        return float(self.system.C[0] @ self.linear(x) @ self.rate(x))
+    def bend(self, z: Array) -> float:
+        """y'' at a point."""
+        return float(self.system.C[0] @ self.linear(z) @ self.rate(z))
 
-    def rest_near(self, state: Array) -> Array | None:
-        """The rest next to a state, (n,), by Newton's method; None if there is none."""
-        x, scales = state.copy(), np.array([one.scale for one in self.springs])
+    def window(self, i: int, z: Array) -> tuple[float, float]:
+        """Edges between which a loop sticks at a point."""
+        table = self.springs[i].piece_table()
+        memory = float(self.memories(z)[i])
+        return (-np.inf, np.inf) if table is None else table.window(STICK, memory)
+
+    def rest_near(self, point: Array) -> Array | None:
+        """The rest next to a point, (N,), by Newton's method; None if there is none.
+
+        Loops stick: there is none where one of them would have moved.
+        """
+        z, n = point.copy(), self.system.order
+        scales = np.array([one.scale for one in self.springs])
         for _ in range(NEWTON):
             try:
-                change = np.linalg.solve(self.linear(x), self.rate(x))
+                change = np.linalg.solve(self.linear(z), self.rate(z))
             except np.linalg.LinAlgError:
                 return None
-            x = x - change
-            moved = np.abs(self.system.C @ (x - state)) / scales
-            if not (np.all(np.isfinite(x)) and np.max(moved) < FAR):
+            z[:n] -= change
+            moved = np.abs(self.system.C @ (z - point)[:n]) / scales
+            if not (np.all(np.isfinite(z)) and np.max(moved) < FAR):
                 return None
-            if np.max(np.abs(change)) <= ROUND_OFF * np.max(np.abs(state)):
-                return x
+            if np.max(np.abs(change)) <= ROUND_OFF * np.max(np.abs(self.state(point))):
+                y = self.outputs(z)
+                windows = [self.window(int(i), z) for i in self.held]
+                sticks = [low <= y[i] <= high for i, (low, high) in zip(self.held, windows)]
+                return z if all(sticks) else None
         return None
 
 
-def forgetful(spring: Spring) -> bool:
-    """Whether a law has neither memory nor jumps."""
+def jumps(spring: Spring) -> bool:
+    """Whether a law jumps."""
     table = spring.piece_table()
-    jumps = spring.rate_table() is not None
-    return not jumps and (table is None or not (table.remembers or table.jumps))
+    return spring.rate_table() is not None or (table is not None and table.jumps)
 
 
-def _pieces(spring: Spring, *, alone: bool) -> tuple[Array, Array] | None:
-    """Coefficients and ends of the pieces of a law; of a lone one only if it is a polynomial."""
-    powers = spring.polynomial()
-    if powers is not None:
-        return np.array([[0.0, *powers]]), np.array([[-np.inf, np.inf]])
+def _remembers(spring: Spring) -> bool:
     table = spring.piece_table()
-    if table is None or alone:
-        return None
-    return table.rows[:, [OFFSET, SLOPE]], table.rows[:, [LOW, HIGH]]
+    return table is not None and table.memory
+
+
+def _table(spring: Spring, *, alone: bool) -> PieceTable | None:
+    """The modes of a law, one for a polynomial; of a lone one only if it is that."""
+    if spring.polynomial() is not None:
+        return PieceTable.static([], [1.0], [0.0])
+    return None if alone else spring.piece_table()
 
 
 def scalar_law(spring: Spring) -> Callable[[float], float]:

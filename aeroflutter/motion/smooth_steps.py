@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Limits", "Stepper", "Stretch", "stepper", "stepper_of"]
 
 RTOL = 1e-11
-TURNS = 256  # turning points found before the kernel comes back for room
+TURNS = 256  # turning points, or switches, found before the kernel comes back for room
 
 
 class Stretch(NamedTuple):
@@ -32,15 +32,18 @@ class Stretch(NamedTuple):
     Attributes
     ----------
     samples
-        States at the multiples of dt in it, (m, n).
+        Points at the multiples of dt in it, (m, N).
     turns
         Time and y of the turning points in it, (k, 2).
+    events
+        Switches in it, (j, EVENT_COLUMNS), see `_kernel_taylor`; DOP853 tells none.
     failure
         Why the march cannot go on; empty if it can.
     """
 
     samples: Array
     turns: Array
+    events: Array
     failure: str = ""
 
 
@@ -55,7 +58,7 @@ class Stepper(Protocol):
 
     @property
     def state(self) -> Array:
-        """State there, (n,)."""
+        """The point there: state and memories, (N,)."""
 
     def march(self, until: float) -> Stretch:
         """March to a time, or a little further, or to where |y| has passed the bound."""
@@ -93,7 +96,7 @@ def stepper(system: AnySystem, spring: Springs, state: Array, limits: Limits) ->
 def stepper_of(loop: SmoothLoop, state: Array, limits: Limits) -> Stepper:
     """The stepper of a loop."""
     if loop.pieces is not None:
-        return _Taylor(loop, loop.pieces, state, limits)
+        return _Taylor(loop.pieces, state, limits)
     return _Dop853(loop, state, limits)
 
 
@@ -102,35 +105,27 @@ class _Taylor:
 
     tolerance = float(np.finfo(float).eps)
 
-    def __init__(self, loop: SmoothLoop, pieces: Pieces, state: Array, limits: Limits) -> None:
-        system = loop.system
-        self.law = system.A, system.B, system.C, system.load, pieces.beta, pieces.edges
-        self.time, self.state, self.limits = 0.0, state.astype(float), limits
-        self.rows, self.slope = pieces.rows(system.C @ state), 0.0
+    def __init__(self, pieces: Pieces, point: Array, limits: Limits) -> None:
+        self.law, self.limits = pieces.law, limits
+        self.rows, self.state = pieces.begin(point)
+        self.time, self.slope = 0.0, 0.0
 
     def march(self, until: float) -> Stretch:
         """See `Stepper`."""
-        samples, turns, status = [], [], kernel.FULL
+        samples, turns, events, status = [], [], [], kernel.FULL
         dt, bound = self.limits.dt, self.limits.bound
         while status == kernel.FULL:
             room = np.empty((int((until - self.time) / dt) + 2, self.state.size))
-            turn = np.empty((TURNS, 2))
-            status, self.time, self.slope, count, found = kernel.march(
-                *self.law,
-                self.rows,
-                self.state,
-                self.time,
-                until,
-                self.slope,
-                bound,
-                dt,
-                room,
-                turn,
-            )
+            turn, event = np.empty((TURNS, 2)), np.empty((TURNS, kernel.EVENT_COLUMNS))
+            status, self.time, self.slope, count, found, switched = kernel.march(
+                self.law, self.rows, self.state, self.time, until, self.slope, bound, dt,
+                room, turn, event,
+            )  # fmt: skip
             samples.append(room[:count])
             turns.append(turn[:found])
+            events.append(event[:switched])
         failure = f"no step is left at tau = {self.time:g}" if status == kernel.STALLED else ""
-        return Stretch(np.concatenate(samples), np.concatenate(turns), failure)
+        return Stretch(*map(np.concatenate, (samples, turns, events)), failure)
 
 
 class _Dop853:
@@ -170,7 +165,8 @@ class _Dop853:
                 turns += self._turns(dense)
                 if not abs(self.loop.y(self.state)) <= self.limits.bound:
                     break
-        return Stretch(np.concatenate(samples), np.array(turns).reshape(-1, 2), failure)
+        none = np.empty((0, kernel.EVENT_COLUMNS))
+        return Stretch(np.concatenate(samples), np.array(turns).reshape(-1, 2), none, failure)
 
     def _samples(self, dense: Callable[[Any], Array]) -> Array:
         last = int(np.floor(self.time / self.limits.dt + 1e-9))

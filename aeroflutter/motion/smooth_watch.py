@@ -1,4 +1,4 @@
-"""The judge of a march with several laws without memory: rests and small motions in all of them."""
+"""The judge of a march with several laws: rests and small motions in all of them."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ __all__ = ["JointWatch", "slopes_of", "watch_over"]
 
 
 def watch_over(
-    loop: SmoothLoop, state: Array, options: SimulateOptions, recurrence: float, drift: float
+    loop: SmoothLoop, point: Array, options: SimulateOptions, recurrence: float, drift: float
 ) -> Watch:
-    """Watch a march from `state`."""
+    """Watch a march from a point."""
     system = loop.system
     if len(loop.springs) == 1 and not np.any(system.load):
         alone = LureSystem.of(system)
-        return Watch.over(alone, loop.springs[0], state, options, recurrence, drift)
-    first, y = loop.springs[0], loop.y(state)
+        return Watch.over(alone, loop.springs[0], point, options, recurrence, drift)
+    first, y = loop.springs[0], loop.y(point)
     size = first.scale
     if len(closed_slopes(first, y)) == 1:
-        size = abs(y) or float(np.linalg.norm(state)) or 1.0
+        size = abs(y) or float(np.linalg.norm(point)) or 1.0
     seen = LureSystem(system.A, system.B[:, 0], system.C[0], system.state_names)
-    return JointWatch(seen, first, options, size, y, recurrence, drift, loop=loop, here=state)
+    return JointWatch(seen, first, options, size, y, recurrence, drift, loop=loop, here=point)
 
 
-def slopes_of(loop: SmoothLoop, state: Array) -> list[tuple[float, ...]]:
+def slopes_of(loop: SmoothLoop, point: Array) -> list[tuple[float, ...]]:
     """Slopes that the springs can have together, as far as they are finite."""
-    y = loop.system.C @ state
+    y = loop.outputs(point)
     every = [closed_slopes(one, float(at)) for one, at in zip(loop.springs, y, strict=True)]
     return list(product(*every))
 
@@ -65,17 +65,17 @@ class JointWatch(Watch):
     here: Array = field(kw_only=True)
 
     def _rest(self, state: Array, memory: float) -> float:
-        x = self.loop.rest_near(state)
-        if x is None:
+        loop, rest = self.loop, self.loop.rest_near(state)
+        if rest is None:
             return float("nan")
-        scales = np.array([one.scale for one in self.loop.springs])
-        known = tuple(np.round(self.loop.system.C @ x / scales, 9).tolist())
+        scales = np.array([one.scale for one in loop.springs])
+        known = tuple(np.round([loop.outputs(rest) / scales, loop.memories(rest) / scales], 9).flat)
         if known not in self.basins:
-            self.basins[known] = joint_basin(self.loop, x)
+            self.basins[known] = joint_basin(loop, rest)
         basin: Basin | None = self.basins[known]
         if basin is None:
             return float("nan")
-        away = state - basin.centre
+        away = loop.state(state) - basin.centre
         return basin.rest if float(away @ basin.form @ away) < 1.0 else float("nan")
 
     def _holds(self) -> bool:
@@ -83,7 +83,8 @@ class JointWatch(Watch):
         return bool(values.real.max() <= STILL * np.abs(values).max())
 
     def _parting(self, state: Array, memory: float, count: int) -> Exponents | None:
-        return exponents(self.loop.system, self.loop.springs, state, memory, count)
+        loop = self.loop
+        return exponents(loop.system, loop.springs, loop.state(state), loop.memories(state), count)
 
     def _dwindles(self) -> bool:
         return False  # one describing function does not tell how several springs act together

@@ -2,7 +2,7 @@
 
 δ' = (A - B F'(y) C) δ is linear along the motion: its coefficients follow from one another
 as those of the motion do, and its series converge as far. Laws are continuous, so a change of the
-piece leaves the tangents as they are.
+piece leaves the tangents of the state as they are; those of a memory are told in `switch`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from aeroflutter.kernels import kernel
-from aeroflutter.kernels.arrays import Given1, Given2, Real1, Real2, Whole1
+from aeroflutter.kernels.arrays import Real1, Real2, Whole1
 from aeroflutter.motion._kernel_taylor import (
     FULL,
     IDLE,
@@ -19,121 +19,140 @@ from aeroflutter.motion._kernel_taylor import (
     ORDER,
     REACHED,
     STALLED,
+    Law,
+    Series,
     evaluate,
     expand,
     first_leaving,
     nest,
     reach,
     room_of,
+    switch,
     turning,
 )
+from aeroflutter.springs._kernel_columns import HELD, SLIDES
 
 Array = NDArray[np.float64]
 
 
 @kernel(entry=True)
 def march(
-    A: Given2,
-    B: Given2,
-    C: Given2,
-    d: Given1,
-    beta: Given2,
-    edges: Given2,
+    law: Law,
     rows: Whole1,
-    x: Real1,
+    z: Real1,
     tangents: Real2,
     time: float,
     until: float,
     slope: float,
     turns: Real2,
-) -> tuple[int, float, float, int]:
-    """March to a time, or until the turns are full, or no step is left.
+    events: Real2,
+) -> tuple[int, float, float, int, int]:
+    """March to a time, or until the turns or the switches are full, or no step is left.
 
     Parameters
     ----------
-    A, B, C, d, beta, edges
-        The system, and the pieces of the laws; see `_kernel_taylor`.
-    rows, x, tangents
-        Pieces, state and tangents at `time`, (m,), (n,) and (n, k), replaced by those reached.
+    law
+        What is marched; see `_kernel_taylor`.
+    rows, z, tangents
+        Modes, state with memories and tangents at `time`, (m,), (N,) and (N, k), replaced by those
+        reached.
     slope
         Last y' that was not zero; 0 at the start.
     turns
-        Filled with the time of every turning point, 1 at maxima and -1 at minima, and the state
-        there, (found, 2 + n).
+        Filled with the time of every turning point, 1 at maxima and -1 at minima, and z there,
+        (found, 2 + N).
+    events
+        Filled with the switches, (switched, EVENT_COLUMNS).
 
     Returns
     -------
-    status, time, slope, found
-        How it ended and when; y' there; turning points written.
+    status, time, slope, found, switched
+        How it ended and when; y' there; turning points and switches written.
     """
-    n, k = tangents.shape
-    X, Y, nested = room_of(B.shape[1], n, beta.shape[1])
-    D, flat = np.empty((ORDER + 1, n * k)), np.empty(n * k)
-    spots, found, idle = np.empty(MOST_TURNS), 0, 0
+    N, k = tangents.shape
+    series = room_of(law)
+    D, flat = np.empty((ORDER + 1, N * k)), np.empty(N * k)
+    spots, found, switched, idle = np.empty(MOST_TURNS), 0, 0, 0
     while time < until:
-        if found + MOST_TURNS > turns.shape[0]:
-            return FULL, time, slope, found
-        expand(A, B, C, d, beta, rows, x, X, Y, nested)
-        expand_tangents(A, B, C, beta, rows, Y, nested, tangents, D)
-        step, which, way = first_leaving(Y, edges, rows, min(reach(X), reach(D), until - time))
+        if found + MOST_TURNS > turns.shape[0] or switched == events.shape[0]:
+            return FULL, time, slope, found, switched
+        expand(law, rows, z, series)
+        expand_tangents(law, rows, series, tangents, D)
+        room = min(reach(series.z), reach(D), until - time)
+        step, which, kind = first_leaving(law, rows, z, series.y, room)
         end = until if step == until - time else time + step
         idle = 0 if end > time else idle + 1
         if idle > IDLE or (idle > 0 and which < 0):
-            return STALLED, time, slope, found
+            return STALLED, time, slope, found, switched
         side = np.sign(slope)
-        more, slope = turning(Y[0], step, slope, spots)
+        more, slope = turning(series.y[0], step, slope, spots)
         for at in spots[:more]:
             turns[found, 0], turns[found, 1] = time + at, side
-            evaluate(X, at, turns[found, 2:])
+            evaluate(series.z, at, turns[found, 2:])
             side, found = -side, found + 1
-        evaluate(X, step, x)
+        evaluate(series.z, step, z)
         evaluate(D, step, flat)
-        tangents[:] = flat.reshape(n, k)
+        tangents[:] = flat.reshape(N, k)
         time = end
         if which >= 0:
-            rows[which] += way
-    return REACHED, time, slope, found
+            switch(law, rows, z, which, kind, tangents, time, events[switched])
+            switched += 1
+    return REACHED, time, slope, found, switched
 
 
 @kernel
 def expand_tangents(
-    A: Array,
-    B: Array,
-    C: Array,
-    beta: Array,
-    rows: NDArray[np.int64],
-    Y: Array,
-    nested: Array,
-    tangents: Array,
-    D: Array,
+    law: Law, rows: NDArray[np.int64], series: Series, tangents: Array, D: Array
 ) -> None:
-    """Taylor coefficients of the tangents, (ORDER+1, n k), from those of every y."""
-    (n, k), m, powers = tangents.shape, Y.shape[0], beta.shape[1] - 1
+    """Taylor coefficients of the tangents, (ORDER+1, N k), from those of the motion."""
+    N, k = tangents.shape
+    m, n, powers = law.C.shape[0], law.C.shape[1], law.beta.shape[1] - 1
     steep = np.empty((m, powers))  # F' = β₁ + 2 β₂ y + 3 β₃ y² + …
     flat = np.zeros((m, ORDER))
     for s in range(m):
         for j in range(powers):
-            steep[s, j] = (j + 1) * beta[rows[s], j + 1]
+            steep[s, j] = (j + 1) * law.beta[rows[s], j + 1]
         flat[s, 0] = steep[s, 0]
         if powers > 1:
             for i in range(ORDER):
-                flat[s, i] = nest(steep, s, Y[s], i, nested[s])
-    D[0] = tangents.copy().reshape(n * k)
-    pitch, moments = np.empty((m, ORDER, k)), np.empty(m)
+                flat[s, i] = nest(steep, s, series.y[s], i, series.nested[s])
+    D[0] = tangents.copy().reshape(N * k)
+    outputs, moments = np.empty((m, ORDER + 1, k)), np.empty(m)
+    for s in range(m):
+        for j in range(k):
+            outputs[s, 0, j] = of_output(law, s, D[0], j, k)
     for q in range(ORDER):
         for j in range(k):
+            told = law.dA.size > 0 and j == k - 1
             for s in range(m):
-                y, moment = 0.0, 0.0
-                for i in range(n):
-                    y += C[s, i] * D[q, i * k + j]
-                pitch[s, q, j] = y
+                moment = 0.0
                 for i in range(q + 1):
-                    moment += flat[s, i] * pitch[s, q - i, j]
+                    moment += flat[s, i] * outputs[s, q - i, j]
+                if law.held[s] >= 0:
+                    moment -= law.table[rows[s], HELD] * D[q, law.held[s] * k + j]
                 moments[s] = moment
             for i in range(n):
                 total = 0.0
                 for s in range(m):
-                    total -= B[i, s] * moments[s]
+                    total -= law.B[i, s] * moments[s]
+                    if told:
+                        total -= law.dB[i, s] * series.F[s, q]
                 for other in range(n):
-                    total += A[i, other] * D[q, other * k + j]
+                    total += law.A[i, other] * D[q, other * k + j]
+                    if told:
+                        total += law.dA[i, other] * series.z[q, other]
                 D[q + 1, i * k + j] = total / (q + 1)
+            for s in range(m):
+                outputs[s, q + 1, j] = of_output(law, s, D[q + 1], j, k)
+                if law.held[s] >= 0:
+                    slides = law.table[rows[s], SLIDES]
+                    D[q + 1, law.held[s] * k + j] = slides * outputs[s, q + 1, j]
+
+
+@kernel
+def of_output(law: Law, s: int, row: Array, j: int, k: int) -> float:
+    """Coefficient of tangent j of y of a spring, from the row of those of z."""
+    y = 0.0
+    for i in range(law.C.shape[1]):
+        y += law.C[s, i] * row[i * k + j]
+    return y

@@ -73,7 +73,7 @@ class SmoothEngine:
 
     def slope(self, landing: Landing) -> Any:
         """Incremental slope at the pitch where the motion is, of several springs (m,)."""
-        slopes = self.loop.slopes(self.loop.system.C @ landing.state_vector)
+        slopes = self.loop.slopes(self.loop.point(landing.state_vector, landing.memory))
         return slopes if slopes.size > 1 else float(slopes[0])
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
@@ -102,7 +102,7 @@ class _March:
     logs: list[Array] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.x = self.landing.state_vector.copy()
+        self.x = self.engine.loop.point(self.landing.state_vector, self.landing.memory)
         self.tangents = np.linalg.qr(first_tangents(self.x.size, self.exponents))[0]
         shortest, _ = self.engine.periods(self.x)
         self.periodic = bool(np.isfinite(self.landing.period))
@@ -149,15 +149,18 @@ class _March:
 
     def growth(self) -> Growth:
         """What was measured since the last restart."""
-        states = np.array(self.tops).reshape(-1, self.x.size)
+        loop = self.engine.loop
+        points = np.array(self.tops).reshape(-1, self.x.size)
+        states, memory, last = loop.state(points), loop.memories(points), loop.memories(self.x)
         section = PoincareSection(
             time=np.array(self.top_times),
-            pitch=states @ self.engine.loop.system.C[0],
+            pitch=states @ loop.system.C[0],
             states=states,
-            state_names=self.engine.loop.system.state_names,
+            state_names=loop.system.state_names,
         )
         return Growth(
-            section=section, memory=np.zeros(states.shape[0]), troughs=np.array(self.troughs),
+            section=section, memory=memory if last.size > 1 else memory[:, 0], troughs=np.array(self.troughs),
             time=np.array(self.times), logs=np.array(self.logs).reshape(-1, self.exponents),
-            final_state=self.x, final_memory=self.landing.memory,
+            final_state=loop.state(self.x),
+            final_memory=last if last.size > 1 else float(last[0]),
         )  # fmt: skip

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from aeroflutter.motion._kernel_taylor import FULL
+from aeroflutter.errors import ConvergenceError
+from aeroflutter.motion._kernel_taylor import EVENT_COLUMNS, FULL
 from aeroflutter.motion.chaos import _kernel_tangents as kernel
+from aeroflutter.motion.flow import Passage
 from aeroflutter.motion.smooth_laws import SmoothLoop, slope_law
 
 if TYPE_CHECKING:
@@ -20,10 +22,12 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["along", "along_loop", "slope_law"]
+__all__ = ["along", "along_loop", "passage", "slope_law"]
 
 RTOL = 1e-9
 STEPS_A_PERIOD = 4
+DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
+IRREGULAR = "the motion does not stay bounded and regular over a period"
 TURNS = 64  # turning points found before the kernel comes back for room
 
 
@@ -31,9 +35,9 @@ class Motion(Protocol):
     """A motion that goes on from window to window."""
 
     def __call__(self, x: Array, tangents: Array) -> tuple[Array, Array, Array]:
-        """State (n,), tangents (n, k) and turning points of the next window.
+        """Point (N,), tangents (N, k) and turning points of the next window.
 
-        A turning point is its time, 1 at maxima and -1 at minima, and the state there: (m, 2 + n).
+        A turning point is its time, 1 at maxima and -1 at minima, and the point there: (m, 2 + N).
         """
 
 
@@ -53,30 +57,81 @@ def along_loop(
 ) -> Motion:
     """The same of a loop; DOP853 marches at the tolerance `rtol`."""
     if loop.pieces is not None:
-        return _Series(loop, loop.pieces, window)
+        return _Series(loop.pieces, window)
     longest_step = min(window, shortest) / STEPS_A_PERIOD
     size = float(np.abs(x).max()) or 1.0
     return _Dop853(loop, window, longest_step, size, rtol)
 
 
+def passage(loop: SmoothLoop, z: Array, duration: float, rtol: float = RTOL) -> Passage:
+    """The motion from z over a duration, linearised; see `motion.flow.Flow.passage`.
+
+    Raises
+    ------
+    ConvergenceError
+        If it does not stay bounded and regular.
+    """
+    pieces = loop.pieces
+    if pieces is None:
+        found = _differenced(loop, z, duration, rtol)
+    else:
+        rows, end = pieces.begin(z)
+        tangents = pieces.tangents(end, z, z.size + 1)
+        time, _, events = _Series(pieces, duration).along(rows, end, tangents)
+        if time < duration:
+            raise ConvergenceError(IRREGULAR)
+        rate = pieces.rate(rows, end, loop.rate(end))
+        found = Passage(end, tangents, rate, switches_of(events))
+    if not (np.all(np.isfinite(found.end)) and np.all(np.isfinite(found.jacobian))):
+        raise ConvergenceError(IRREGULAR)
+    return found
+
+
+def switches_of(events: Array) -> tuple[tuple[int, ...], ...]:
+    """Spring, kind and mode after it of switches (k, EVENT_COLUMNS), as in a `Passage`."""
+    return tuple(map(tuple, events[:, [5, 1, 2]].astype(int).tolist()))
+
+
+def _differenced(loop: SmoothLoop, z: Array, duration: float, rtol: float) -> Passage:
+    """The same by DOP853, the derivative with respect to the parameter by differences."""
+    jacobian = np.zeros((z.size, z.size + 1))
+    end, jacobian[:, :-1], _ = along_loop(loop, z, duration, duration, rtol)(z, np.eye(z.size))
+    if loop.change is not None:
+        step = DIFFERENCE * np.abs(loop.system.A).max() / np.abs(loop.change[0]).max()
+        none = np.empty((z.size, 0))
+        rise = [
+            along_loop(loop.moved(side * step), z, duration, duration, rtol)(z, none)[0]
+            for side in (1.0, -1.0)
+        ]
+        jacobian[:, -1] = (rise[0] - rise[1]) / (2.0 * step)
+    return Passage(end, jacobian, loop.rate(end), ())
+
+
 class _Series:
     """See `_kernel_tangents`."""
 
-    def __init__(self, loop: SmoothLoop, pieces: Pieces, window: float) -> None:
-        system = loop.system
-        self.law = system.A, system.B, system.C, system.load, pieces.beta, pieces.edges
+    def __init__(self, pieces: Pieces, window: float) -> None:
         self.pieces, self.window, self.slope = pieces, window, 0.0
 
     def __call__(self, x: Array, tangents: Array) -> tuple[Array, Array, Array]:
-        x, tangents, time = x.copy(), np.ascontiguousarray(tangents), 0.0
-        rows, turns, status = self.pieces.rows(self.law[2] @ x), [], FULL
+        tangents = np.array(tangents, order="C")
+        rows, z = self.pieces.begin(x)
+        _, turns, _ = self.along(rows, z, tangents)
+        return z, tangents, turns
+
+    def along(
+        self, rows: NDArray[np.int64], z: Array, tangents: Array
+    ) -> tuple[float, Array, Array]:
+        """Time reached, turning points and switches; modes, point and tangents go along."""
+        turns, events, status, time = [], [], FULL, 0.0
         while status == FULL:
-            room = np.empty((TURNS, 2 + x.size))
-            status, time, self.slope, found = kernel.march(
-                *self.law, rows, x, tangents, time, self.window, self.slope, room
+            room, event = np.empty((TURNS, 2 + z.size)), np.empty((TURNS, EVENT_COLUMNS))
+            status, time, self.slope, found, switched = kernel.march(
+                self.pieces.law, rows, z, tangents, time, self.window, self.slope, room, event
             )
             turns.append(room[:found])
-        return x, tangents, np.concatenate(turns)
+            events.append(event[:switched])
+        return time, np.concatenate(turns), np.concatenate(events)
 
 
 @dataclass(frozen=True)

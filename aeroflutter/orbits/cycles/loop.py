@@ -76,7 +76,7 @@ class Flow:
 
 
 class Loop:
-    """A family of linear systems closed by piecewise-linear springs, or by one polynomial.
+    """A family of linear systems closed by springs.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class Loop:
     falls
         Of each spring, whether it may switch where its y turns: friction and play.
     smooth
-        Whether it is a polynomial, whose motion is a Taylor series.
+        Whether one has no straight pieces: motions are Taylor series.
     integrates
         Which y can rest anywhere without a moment of any spring, (s,): for a lone one, where
         1/G(0) = 0 at every speed.

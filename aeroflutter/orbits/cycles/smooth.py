@@ -1,4 +1,4 @@
-"""The flow of laws without memory at one speed, as shooting sees it: Taylor series to round-off."""
+"""The flow of polynomials and what is beside them at one speed, as shooting sees it: by series."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.model.family import Family
 from aeroflutter.model.system import System
-from aeroflutter.motion.chaos.smooth_window import along_loop
+from aeroflutter.motion.chaos.smooth_window import passage
 from aeroflutter.motion.flow import Passage, Trace
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.motion.smooth_laws import SmoothLoop
@@ -28,13 +28,12 @@ if TYPE_CHECKING:
 __all__ = ["SmoothFlow", "settled"]
 
 CLOSE = 1e-12  # tolerance of DOP853, where there are no series: cycles close to ten digits
-DIFFERENCE = 6e-6  # cube root of round-off: the best step of a central difference
 HUGE = 1e100
 SAMPLES = 1024  # of a cycle, between which extremes are looked for
 
 
 class SmoothFlow:
-    """Laws without memory at one speed: the same as `loop.Flow` of straight pieces.
+    """Laws of which one has no straight pieces: the same as `loop.Flow` of those.
 
     Parameters
     ----------
@@ -50,40 +49,23 @@ class SmoothFlow:
         if not np.all(np.isfinite(self.A)):
             raise ConvergenceError("the system is not finite at this speed")
         self.springs, self.speed = springs, speed
-        self._named = family.names, family.units, family.state_names
-        self.loop = self._at(0.0)
-
-    def _at(self, step: float) -> SmoothLoop:
-        """The loop at a speed that differs by so much, to first order."""
-        A, B = self.A + step * self.dA, self.B + step * self.dB
-        return SmoothLoop.of(System(A, B, self.C, self.d, *self._named), self.springs)
+        named = family.names, family.units, family.state_names
+        system = System(self.A, self.B, self.C, self.d, *named)
+        self.loop = SmoothLoop.of(system, springs, (self.dA, self.dB))
 
     def rate(self, z: Array) -> Array:
-        """z' at a point, (n,)."""
-        return self.loop.rate(z)
+        """z' at a point where the memories are at rest, (N,)."""
+        rate = np.zeros(z.size)
+        rate[: self.loop.system.order] = self.loop.rate(z)
+        return rate
 
     def moments(self, z: Array) -> tuple[Array, Array]:
         """F at a point and its slope in y, (m,) each."""
-        y = self.C @ z
-        return self.loop.moments(y), self.loop.slopes(y)
+        return self.loop.moments(z), self.loop.slopes(z)
 
     def passage(self, z: Array, duration: float) -> Passage:
         """The motion from z over a duration, linearised; see `motion.flow.Flow.passage`."""
-        n = z.size
-        jacobian = np.empty((n, n + 1))
-        motion = along_loop(self.loop, z, duration, duration, CLOSE)
-        end, jacobian[:, :n], _ = motion(z, np.eye(n))
-        step = DIFFERENCE * abs(self.speed)
-        rise = self._end(z, duration, step) - self._end(z, duration, -step)
-        jacobian[:, n] = rise / (2.0 * step)
-        if not (np.all(np.isfinite(end)) and np.all(np.isfinite(jacobian))):
-            raise ConvergenceError("the motion does not stay bounded and regular over a period")
-        return Passage(end, jacobian, self.rate(end), ())
-
-    def _end(self, z: Array, duration: float, step: float) -> Array:
-        motion = stepper_of(self._at(step), z, Limits(duration, HUGE, duration, 1.0, duration))
-        motion.march(duration)
-        return motion.state
+        return passage(self.loop, z, duration, CLOSE)
 
     def trace(self, z: Array, duration: float, samples: int) -> Trace:
         """The motion from z over a duration, sampled; see `motion.flow.Flow.trace`."""
@@ -93,19 +75,20 @@ class SmoothFlow:
         stretch = motion.march(duration)
         if stretch.failure or not np.all(np.isfinite(motion.state)):
             raise ConvergenceError("the motion does not stay bounded and regular over a period")
-        states = np.vstack((z, stretch.samples))[:samples]
+        points = np.vstack((z, stretch.samples))[:samples]
         turns = np.column_stack((stretch.turns, np.ones(len(stretch.turns))))
         if len(turns):  # maxima and minima take turns
             turns[1::2, 2] = -1.0
             turns[:, 2] *= -np.sign(self._bend(float(turns[0, 0]), z))
-        moments = self.loop.forces(states)
-        memory = np.zeros((len(states), len(self.springs)))
-        return Trace(motion.state, states, memory[:, 0], turns, np.empty((0, 6)), memory, moments)
+        states, memory = self.loop.state(points), self.loop.memories(points)
+        moments = self.loop.forces(points)
+        return Trace(motion.state, states, memory[:, 0], turns, stretch.events, memory, moments)
 
     def extremes(self, z: Array, period: float, rows: Array) -> tuple[Array, Array]:
         """Lowest and highest of rows @ x on the cycle through z."""
-        states = self.trace(z, period, SAMPLES).states
-        return extremes(states, self.loop.rates(states), period / SAMPLES, rows)
+        trace = self.trace(z, period, SAMPLES)
+        rates = trace.states @ self.A.T - trace.moments @ self.B.T + self.d
+        return extremes(trace.states, rates, period / SAMPLES, rows)
 
     def _bend(self, time: float, z: Array) -> float:
         """y'' at a time."""
@@ -120,4 +103,4 @@ def settled(flow: SmoothFlow, states: Array, duration: float) -> Iterator[tuple[
     for state in states:
         run = simulate(flow.loop.system, flow.springs, Initial(state=state), options)
         if run.state == "lco" and np.isfinite(run.period):
-            yield run.final_state, run.period
+            yield flow.loop.point(run.final_state, run.final_memory), run.period
