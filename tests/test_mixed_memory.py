@@ -1,4 +1,4 @@
-"""Loops with memory beside polynomials: motions, Jacobians, cycles, exponents, maps."""
+"""Loops with memory beside polynomials: motions, Jacobians, rests, cycles, exponents, maps."""
 
 from __future__ import annotations
 
@@ -7,10 +7,33 @@ import oracle_mixed as oracle
 import pytest
 from oracle_springs import section
 
-from aeroflutter import Cubic, Hysteresis, Play, Polynomial, System
+from aeroflutter import Cubic, Hysteresis, InputError, Play, Polynomial, System, TypicalSection
+from aeroflutter.linear.rootlocus import flutter_speed
+from aeroflutter.model.family import SectionModel
 from aeroflutter.motion import Initial, SimulateOptions, simulate
+from aeroflutter.motion.chaos import ChaosOptions, chaos
 from aeroflutter.motion.chaos.smooth_window import passage
 from aeroflutter.motion.smooth_laws import SmoothLoop
+from aeroflutter.orbits.cycles import CycleOptions, cycle_near, limit_cycles
+from aeroflutter.orbits.cycles.smooth import SmoothFlow
+from aeroflutter.orbits.harmonic import HarmonicOptions, solve_cycle
+from aeroflutter.orbits.result import Cycle
+from aeroflutter.springs._kernel_columns import CEILING, FLOOR
+from aeroflutter.studies.maps.cells import Group
+from aeroflutter.studies.maps.engines import decide
+
+SECTION = TypicalSection(omega_bar=0.6, zeta_xi=0.01, zeta_alpha=0.01)
+TWO = SectionModel(SECTION, springs=["pitch", "heave"])
+FLUTTER = flutter_speed(TWO)
+HINGE, HARDENING = Hysteresis(0.01, 0.02), Cubic(1.0, 20.0)
+PAIRS = {
+    "hysteresis and cubic": (HINGE, HARDENING),
+    "cubic and hysteresis": (HARDENING, HINGE),
+    "offset hysteresis and polynomial": (
+        Hysteresis(0.01, 0.02, 0.002, 0.003), Polynomial((1.0, -2.0, 30.0)),
+    ),
+    "play and cubic": (Play(0.01), HARDENING),
+}  # fmt: skip
 
 KINDS = ("hysteresis", "play"), ("cubic", "polynomial")
 
@@ -69,3 +92,157 @@ def test_motions_are_those_of_dop853_with_events(seed):
     away, switches = compare(seed)
     assert switches > 4
     assert away < 1e-8
+
+
+@pytest.mark.slow
+def test_three_hundred_motions_are_those_of_dop853_with_events():
+    found = [compare(seed) for seed in range(300)]
+    assert sum(switches for _, switches in found) > 3000
+    assert max(away for away, _ in found) < 1e-8
+
+
+@pytest.mark.parametrize("seed", [4, 9])
+def test_the_jacobian_is_that_of_differences_of_dop853(seed):
+    """Along random directions, of motions that slide, turn and meet stops on the way."""
+    system, springs, others, x, memory, time = case(seed)
+    loop = SmoothLoop.of(System(*system), springs)
+    z = loop.point(x, memory)
+    found = passage(loop, z, time / 3)
+    assert len(found.switches) > 4
+    step, rng = 1e-6, np.random.default_rng(seed)
+    for _ in range(2):
+        v, ends = rng.normal(size=z.size), []
+        for side in (1.0, -1.0):
+            at = z + side * step * v
+            end, held, _ = oracle.march(system, others, loop.state(at), loop.memories(at), time / 3)
+            ends.append(np.append(end, held[loop.held]))
+        rise = (ends[0] - ends[1]) / (2 * step)
+        size = np.linalg.norm(found.jacobian, 2)
+        np.testing.assert_allclose(found.jacobian[:, :-1] @ v, rise, atol=1e-6 * size)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_cycles_are_those_of_harmonic_balance_and_their_derivatives_those_of_differences(name):
+    """Of the stable cycle that a motion settles on; of harmonics to what is left out of them."""
+    springs, speed = PAIRS[name], 1.1 * FLUTTER
+    run = simulate(TWO.at(speed), springs, Initial(alpha=0.1), SimulateOptions(record=False))
+    assert run.state == "lco"
+    flow = SmoothFlow(TWO, springs, speed)
+    z = flow.loop.point(run.final_state, run.final_memory)
+    y = flow.trace(z, run.period, 512).states @ flow.C.T
+    Y = (2 * np.fft.rfft(y, axis=0)[:16] / len(y)).T
+    Y[:, 0] *= 0.5
+    exact = cycle_near(TWO, springs, Y, 2 * np.pi / run.period, speed)
+    assert exact.stable
+    assert exact.closure < 1e-12
+    assert exact.switches >= 4  # slides and turns, either way
+    assert [one.amplitude for one in exact.springs] == pytest.approx(
+        [one.amplitude for one in run.springs], rel=1e-7
+    )
+    guess = Cycle(Y[0], exact.omega, speed, method="harmonic", outputs=Y)
+    balance = solve_cycle(TWO, springs, guess, options=HarmonicOptions(harmonics=31))
+    assert balance.omega == pytest.approx(exact.omega, rel=1e-6)
+    for one, other in zip(balance.springs, exact.springs, strict=True):
+        assert one.amplitude == pytest.approx(other.amplitude, rel=1e-5)
+    z = np.append(exact.state, exact.memory[flow.loop.held])
+    found = flow.passage(z, exact.period)
+    columns = []
+    for at in range(z.size + 1):
+        step = 1e-6 * (speed if at == z.size else np.abs(z).max())
+        ends = []
+        for side in (step, -step):
+            other = SmoothFlow(TWO, springs, speed + side) if at == z.size else flow
+            moved = z + side * np.eye(z.size + 1)[at, :-1]
+            ends.append(other.passage(moved, exact.period).end)
+        columns.append((ends[0] - ends[1]) / (2 * step))
+    matrix = np.array(columns).T
+    table = springs[flow.loop.held[0]].piece_table().rows[0]
+    moves = table[FLOOR] < z[-1] < table[CEILING]  # at a stop differences have one side
+    columns = [*range(z.size - 1), *([z.size - 1] if moves else []), z.size]
+    size = np.abs(matrix).max(axis=0)
+    size[:-1] = size[:-1].max()
+    away = np.abs(found.jacobian - matrix) / size
+    assert np.max(away[:, columns]) < 1e-5
+    free = 2 if exact.continuum else 1
+    largest = np.abs(exact.multipliers[free])
+    assert run.extras["multiplier"] == pytest.approx(largest, rel=1e-8)
+    values = np.sort(np.abs(np.linalg.eigvals(matrix[:, :-1])))[::-1]
+    assert values[free] == pytest.approx(largest, rel=1e-4)
+
+
+def test_a_family_of_cycles_goes_from_sticking_through_sliding_to_the_stops():
+    """Of a hinge with friction in heave: stable and unstable, each closed, as by harmonics."""
+    springs = PAIRS["cubic and hysteresis"]
+    found = limit_cycles(TWO, springs, CycleOptions(simulations=0))
+    (family,) = found.families
+    assert max(cycle.closure for cycle in found.cycles) < 1e-10
+    assert {0, 4} <= {cycle.switches for cycle in family.cycles}
+    assert {True, False} == {cycle.stable for cycle in family.cycles}
+    for cycle in [one for one in family.cycles if one.switches][::60]:
+        guess = Cycle(
+            cycle.outputs[0], cycle.omega, cycle.speed, method="harmonic", outputs=cycle.outputs
+        )
+        balance = solve_cycle(TWO, springs, guess, options=HarmonicOptions(harmonics=31))
+        assert balance.omega == pytest.approx(cycle.omega, rel=1e-5)
+        assert balance.springs[0].amplitude == pytest.approx(cycle.amplitude, rel=1e-5)
+
+
+def test_a_motion_comes_to_rest_where_its_loop_sticks():
+    system = TWO.at(0.6 * FLUTTER)
+    run = simulate(system, (HINGE, HARDENING), Initial(alpha=0.004, xi=0.02))
+    assert run.state == "damped"
+    assert "provably" in run.reason
+    loop = SmoothLoop.of(system, (HINGE, HARDENING))
+    rest = loop.rest_near(loop.point(run.final_state, run.final_memory))
+    assert np.max(np.abs(loop.rate(rest))) < 1e-16
+    later = SimulateOptions(duration=2000.0, decide=False, record=False)
+    start = Initial(state=run.final_state, memory=run.final_memory)
+    on = simulate(system, (HINGE, HARDENING), start, later)
+    assert np.array_equal(on.final_memory, run.final_memory)
+    np.testing.assert_allclose(on.final_state, loop.state(rest), atol=1e-9)
+
+
+def test_samples_tell_memory_and_moment():
+    springs, system = (HINGE, HARDENING), TWO.at(0.9 * FLUTTER)
+    options = SimulateOptions(duration=40.0, decide=False)
+    run = simulate(system, springs, Initial(alpha=0.05), options)
+    held = np.empty_like(run.memory)
+    held[0] = run.memory[0]
+    for i, pitch in enumerate(run.pitch[1:], start=1):
+        held[i] = HINGE.advance(held[i - 1], pitch)
+    # Between samples pitch may turn within dt: its excess is of second order in dt.
+    np.testing.assert_allclose(run.memory, held, atol=2e-5)
+    assert np.ptp(run.memory) == pytest.approx(HINGE.delta_h)
+    np.testing.assert_allclose(run.moment, run.pitch - run.memory, atol=1e-15)
+
+
+def test_exponents_of_a_cycle_are_its_multipliers():
+    springs, system = (HINGE, HARDENING), TWO.at(1.1 * FLUTTER)
+    found = chaos(system, springs, Initial(alpha=0.1), ChaosOptions(cycles=200, transient=20))
+    run = simulate(system, springs, Initial(alpha=0.1), SimulateOptions(record=False))
+    assert found.verdict == "periodic"
+    expected = np.log(run.extras["multiplier"]) / run.period
+    assert np.mean(found.exponents.values[1:3]) == pytest.approx(expected, rel=1e-2)
+    assert np.ptp(found.memory[:, 0]) < 1e-12  # at the maxima, of which all are one
+
+
+def test_a_cell_of_a_map_is_decided_as_its_motion():
+    springs, system = (HINGE, HARDENING), TWO.at(0.9 * FLUTTER)
+    starts = [Initial(alpha=alpha) for alpha in (0.004, 0.1)]
+    states, memory = zip(*(one.start(system, springs) for one in starts), strict=True)
+    options = SimulateOptions(record=False)
+    group = Group(np.arange(2), system, springs, np.array(states), np.array(memory))
+    ends = decide(group, options)
+    for i, start in enumerate(starts):
+        run = simulate(system, springs, start, options)
+        assert ends.amplitude[i] == run.amplitude
+        assert ends.time[i] == run.duration
+
+
+def test_a_memory_beside_a_law_of_which_only_values_are_known_is_refused():
+    class Sinh(Cubic):
+        def polynomial(self):
+            return None
+
+    with pytest.raises(InputError, match="only values are known"):
+        simulate(TWO.at(3.0), [HINGE, Sinh(1.0, 6.0)], Initial(alpha=0.1))

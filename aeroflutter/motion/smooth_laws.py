@@ -16,7 +16,16 @@ from aeroflutter.errors import InputError
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion._kernel_taylor import Law
 from aeroflutter.springs import PieceTable, alone, each
-from aeroflutter.springs._kernel_columns import CEILING, FLOOR, OFFSET, SLIDES, SLOPE, STICK, TO_LOW, TO_TURN
+from aeroflutter.springs._kernel_columns import (
+    CEILING,
+    FLOOR,
+    OFFSET,
+    SLIDES,
+    SLOPE,
+    STICK,
+    TO_LOW,
+    TO_TURN,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -147,7 +156,7 @@ class SmoothLoop:
         if len(known) < len(tables):
             return None
         rows = [table.rows.copy() for table in known]
-        first = np.cumsum([0, *(len(part) for part in rows[:-1])])
+        first = np.cumsum([0, *(len(part) for part in rows[:-1])], dtype=np.int64)
         for part, at in zip(rows, first, strict=True):
             part[:, TO_LOW : TO_TURN + 1] += at
         table = np.vstack(rows)
@@ -158,12 +167,14 @@ class SmoothLoop:
             given = one.polynomial()
             if given is not None:
                 beta[at, 1 : 1 + len(given)] = given
-        held, system = np.full(len(rows), -1), self.system
+        held, system = np.full(len(rows), -1, dtype=np.int64), self.system
         held[self.held] = system.order + np.arange(self.held.size)
-        matrices = (system.A, system.B, system.C, system.load, *(self.change or (NOTHING,) * 2))
-        law = Law(*(np.array(part, dtype=float, order="C") for part in matrices), beta, table,
-                  first.astype(np.int64), held.astype(np.int64))  # fmt: skip
-        return Pieces(law, known)
+        change = self.change or (NOTHING, NOTHING)
+        A, B, C, d, dA, dB = (
+            np.array(part, dtype=float, order="C")
+            for part in (system.A, system.B, system.C, system.load, *change)
+        )
+        return Pieces(Law(A, B, C, d, dA, dB, beta, table, first, held), known)
 
     @cached_property
     def _laws(self) -> list[tuple[Callable[[float], float], Callable[[float], float]]]:
@@ -226,9 +237,7 @@ class SmoothLoop:
     def rate(self, z: Array) -> Array:
         """x' at a point, (n,)."""
         system = self.system
-        return np.asarray(
-            system.A @ self.state(z) - system.B @ self.moments(z) + system.load
-        )
+        return np.asarray(system.A @ self.state(z) - system.B @ self.moments(z) + system.load)
 
     def forces(self, points: Array) -> Array:
         """F at points (k, N), (k, m)."""
@@ -257,6 +266,11 @@ class SmoothLoop:
         memory = float(self.memories(z)[i])
         return (-np.inf, np.inf) if table is None else table.window(STICK, memory)
 
+    def sticks(self, z: Array) -> bool:
+        """Whether every loop can hold the memory that it has at a point."""
+        y = self.outputs(z)
+        return all(low <= y[i] <= high for i in self.held for low, high in [self.window(i, z)])
+
     def rest_near(self, point: Array) -> Array | None:
         """The rest next to a point, (N,), by Newton's method; None if there is none.
 
@@ -274,10 +288,7 @@ class SmoothLoop:
             if not (np.all(np.isfinite(z)) and np.max(moved) < FAR):
                 return None
             if np.max(np.abs(change)) <= ROUND_OFF * np.max(np.abs(self.state(point))):
-                y = self.outputs(z)
-                windows = [self.window(int(i), z) for i in self.held]
-                sticks = [low <= y[i] <= high for i, (low, high) in zip(self.held, windows)]
-                return z if all(sticks) else None
+                return z if self.sticks(z) else None
         return None
 
 

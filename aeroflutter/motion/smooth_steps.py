@@ -125,7 +125,8 @@ class _Taylor:
             turns.append(turn[:found])
             events.append(event[:switched])
         failure = f"no step is left at tau = {self.time:g}" if status == kernel.STALLED else ""
-        return Stretch(*map(np.concatenate, (samples, turns, events)), failure)
+        joined = np.concatenate(samples), np.concatenate(turns), np.concatenate(events)
+        return Stretch(*joined, failure)
 
 
 class _Dop853:

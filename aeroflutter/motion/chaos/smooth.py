@@ -159,7 +159,8 @@ class _March:
             state_names=loop.system.state_names,
         )
         return Growth(
-            section=section, memory=memory if last.size > 1 else memory[:, 0], troughs=np.array(self.troughs),
+            section=section, memory=memory if last.size > 1 else memory[:, 0],
+            troughs=np.array(self.troughs),
             time=np.array(self.times), logs=np.array(self.logs).reshape(-1, self.exponents),
             final_state=loop.state(self.x),
             final_memory=last if last.size > 1 else float(last[0]),
