@@ -24,13 +24,15 @@ from aeroflutter.case import load_case
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.aerodynamics import QuasiSteady
 from aeroflutter.model.system import System
+from aeroflutter.motion._kernel_settle import repeats
 from aeroflutter.motion.basins import Loop, absolutely_stable
 from aeroflutter.motion.endstates import EndOptions, end_state, end_states
-from aeroflutter.motion.evidence import GROUP, Envelope
+from aeroflutter.motion.evidence import GROUP, LONGEST, Envelope
 from aeroflutter.motion.flow import Flow
 from aeroflutter.motion.judge import one_sided
 from aeroflutter.motion.march import March
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
+from aeroflutter.motion.settling import Watch
 from aeroflutter.studies.maps.columns import decide_cells
 
 BRIEF = SimulateOptions(record=False)
@@ -268,6 +270,53 @@ def test_aperiodic_has_its_exponent_and_undecided_its_rate():
     end = end_state(flow, start, 0.0, EndOptions(cycles=50, patience=2))
     assert end.state == "undecided"
     assert "% a hundred cycles" in end.reason
+
+
+LONG = TypicalSection(
+    omega_bar=0.24972350983170014, mu=74.66737759400327, a_h=-0.3383041878504927,
+    x_alpha=0.28723279670718144, r_alpha=0.5776817446360285, zeta_xi=0.0015586180745725984,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("ratio", [0.8027796048766759, 0.80279])
+def test_a_cycle_of_seventeen_loops_is_one_even_after_chaos_that_ends(ratio: float) -> None:
+    """DOP853 with events gives 2.00965678 for half the swing of each tenth of τ = 1.9e6.
+
+    At the second speed neighbours part for longer than 400 loops on the way there.
+    """
+    family = SectionFamily(LONG, QuasiSteady())
+    speed = flutter_speed(family)
+    assert speed is not None
+    system = family.at(ratio * speed)
+    spring = Hysteresis(0.06110260968239387, 0.5189989653412505)
+    start = Initial(
+        alpha=-0.05513834996001199, alpha_rate=0.004293965451712176,
+        xi=-0.03795965297485124, xi_rate=-0.004010248222542337,
+    )  # fmt: skip
+    found = simulate(system, spring, start, SimulateOptions(record=False))
+    assert (found.state, found.extras["loops"]) == ("lco", 17)
+    assert found.amplitude == pytest.approx(2.0097, abs=2e-4)
+    flow = Flow(system, [spring])
+    z = np.append(found.final_state, found.final_memory)
+    for _ in range(200):
+        before, z = z, flow.passage(z, found.period).end
+    assert z == pytest.approx(before, abs=1e-9)
+    assert flow.passage(z, found.period / 17).end != pytest.approx(z, abs=0.1)
+
+
+def test_turning_points_that_repeat_after_many_loops_are_a_cycle():
+    """Forty loops of a period, given as turning points: neither a torus nor chaos."""
+    k = np.arange(8000)
+    tops = 1.0 + 0.3 * np.cos(2.0 * np.pi * 7 * k / 40)
+    values = np.stack((-tops, tops), axis=1).ravel()
+    found, _ = repeats(np.arange(values.size, dtype=float), values, LONGEST, 1e-9, 1e-6)
+    assert found == 40
+    family = SectionFamily(LONG)
+    watch = Watch.over(family.at(2.0), Freeplay(1.0), np.zeros(6), SimulateOptions(), 1e-9, 1e-6)
+    watch.add(np.arange(values.size, dtype=float), values, -2.0, 2.0)
+    verdict = watch._cycle(LONGEST)
+    assert verdict is not None
+    assert (verdict.state, verdict.loops) == ("lco", 40)
 
 
 # --- Houbolt --------------------------------------------------------------------------------------

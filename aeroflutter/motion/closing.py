@@ -67,7 +67,7 @@ class Closing:
 
     def find(
         self, point: Array, period: float, lag: int, size: Array, span: float, cycles: Cycles,
-        place: int,
+        place: int, most: int = MOST_LOOPS,
     ) -> int:  # fmt: skip
         """Close a near return into a cycle; enter what it measures at a place of `cycles`.
 
@@ -81,6 +81,8 @@ class Closing:
             Scale of each entry of `point`, (n+m,).
         span
             Height of the last loop.
+        most
+            Maxima that a cycle may have.
 
         Returns
         -------
@@ -93,7 +95,7 @@ class Closing:
         if not closed:
             return NOTHING
         extent = self._extent(z, period)
-        if not (extent.most - extent.least > 1e-6 * span and extent.maxima <= MOST_LOOPS):
+        if not (extent.most - extent.least > 1e-6 * span and extent.maxima <= most):
             return NOTHING
         # Of the return map: the direction of the motion is not in it, and where a jump of F is at
         # the section itself, it does not matter on which side of the section it counts.

@@ -32,6 +32,7 @@ FLAT = 0.02  # the same of a torus
 BROAD = 1e-3  # distance of a return from the nearest of those before it, over the height of a loop
 LOSSLESS = 1e-10  # sum of the exponents over the largest root, where nothing is damped
 SLOWER = 0.9  # change of a height that comes to a halt over that just before
+LONGEST = 200  # loops of a cycle that is looked for where a motion seems to have none
 PATIENT = 8  # times as many cycles before a torus is believed
 SIZES = np.geomspace(1.0, 1e4, 65)  # at which a describing function is asked, over the motion's own
 

@@ -9,16 +9,17 @@ import numpy as np
 
 from aeroflutter.motion import _kernel_ends as kernel
 from aeroflutter.motion import _kernel_proofs as codes
+from aeroflutter.motion._kernel_attracted import closes_in
 from aeroflutter.motion._kernel_cycle import ATTRACTS, INDIFFERENT
 from aeroflutter.motion._kernel_ends import MOST_LOOPS, RING, Cycles
 from aeroflutter.motion._kernel_flow import NOW, PLACE, TABLE, Motion
 from aeroflutter.motion.basins import Loop
 from aeroflutter.motion.closing import Closing, norm
-from aeroflutter.motion.evidence import PATIENT, Envelope, growth_at, larger, lossless
+from aeroflutter.motion.evidence import LONGEST, PATIENT, Envelope, growth_at, larger, lossless
 from aeroflutter.motion.exponents import Exponents
 from aeroflutter.motion.march import workspace
 from aeroflutter.motion.reach import reach_of
-from aeroflutter.motion.tangents import growth
+from aeroflutter.motion.tangents import SIZING, growth, returns
 from aeroflutter.springs._kernel_columns import CEILING, FLOOR, HIGH, LOW
 
 if TYPE_CHECKING:
@@ -259,16 +260,64 @@ class Settling:
             if change.total > -change.error:
                 self._end(codes.NEITHER, codes.FLUTTER)
         elif not change.moving or envelope.flat:
-            found = self._exponents(min(count, MOST))
-            if found is None:
-                return
-            row[kernel.EXPONENT] = found.values[0]
-            if envelope.chaotic(found):
+            self._bounded(count, long)
+
+    def _bounded(self, count: int, long: bool) -> None:
+        """What a motion is whose height may have settled."""
+        found = self._exponents(min(count, MOST))
+        if found is None:
+            return
+        self.numbers[self.past.memo[kernel.CELL], kernel.EXPONENT] = found.values[0]
+        if self.envelope.chaotic(found):
+            if self._remains():
                 self._end(codes.APERIODIC, codes.UNSETTLED)
-            elif self.flow.proofs.idle:
-                self._end(codes.NEITHER, codes.FLUTTER)
-            elif long:
-                self._last_of_all()
+        elif self._long_cycle():
+            self._measure()
+            self._end(codes.LCO, codes.CONVERGED)
+        elif self.flow.proofs.idle:
+            self._end(codes.NEITHER, codes.FLUTTER)
+        elif long:
+            self._last_of_all()
+
+    def _remains(self) -> bool:
+        """Whether neighbours still part when the motion has gone on for long: transients end."""
+        found = self._exponents(LAST, MOST)
+        return found is not None and bool(found.values[0] > found.error[0])
+
+    def _long_cycle(self) -> bool:
+        """Whether the motion goes to an attracting cycle of more loops than the kernel looks back.
+
+        By the kernel's own rule, once Newton's method has closed its nearest return.
+        """
+        n, past, cycles = self.flow.n, self.past, self.cycles
+        if past.memo[kernel.OWN]:  # it closes in on a cycle of fewer
+            return False
+        start, place = past.points[past.memo[kernel.MAXIMUM] % RING], int(past.memo[kernel.COUNT])
+        points, times = returns(self.flow, start[:n], start[n:], 2 * LONGEST + 1)
+        if len(points) <= 2 * LONGEST:
+            return False
+        apart = np.max(np.abs(points[1 : LONGEST + 1] - points[0]) / past.size, axis=1)
+        lag = 1 + int(np.argmin(apart))
+        if not apart[lag - 1] < CLEAR:
+            return False
+        self.closing = self.closing or Closing(self.flow)
+        span = float(past.clock[kernel.SPAN])
+        found = self.closing.find(
+            points[0], float(times[lag] - times[0]), lag, past.size, span, cycles, place, LONGEST
+        )
+        if found != ATTRACTS or cycles.free[place] or lag % int(cycles.loops[place]):
+            return False
+        norm(cycles, place)
+        d = np.zeros((4, n + self.flow.m))  # the last return first
+        back = points[:: int(cycles.loops[place])][2::-1]
+        d[:3] = (back - cycles.z[place]) / cycles.size[place]
+        reach = reach_of(self.flow, cycles, place)
+        return bool(
+            closes_in(
+                cycles.Q[place], cycles.P[place], cycles.slow[place], float(cycles.rho[place]),
+                reach, d,
+            )
+        )  # fmt: skip
 
     @property
     def _lossless(self) -> bool:
@@ -298,11 +347,11 @@ class Settling:
         else:
             self.past.clock[kernel.QUIET] = -LAST
 
-    def _exponents(self, count: int) -> Exponents | None:
-        """The largest exponent over the next so many maxima; None if the motion ends before."""
+    def _exponents(self, count: int, after: int = SIZING) -> Exponents | None:
+        """The largest exponent over so many maxima; None if the motion ends before."""
         n, past = self.flow.n, self.past
         point = past.points[past.memo[kernel.MAXIMUM] % RING]
-        return growth(self.flow, point[:n], point[n:], count)
+        return growth(self.flow, point[:n], point[n:], count, after)
 
     def _outgrows(self) -> bool:
         """Whether the motion has outgrown the law, and grows at every larger size."""

@@ -11,7 +11,15 @@ import numpy as np
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion._kernel_settle import fundamental, repeats
 from aeroflutter.motion.basins import Basin, smooth_basin
-from aeroflutter.motion.evidence import GROUP, PATIENT, Envelope, growth_at, lossless, smaller
+from aeroflutter.motion.evidence import (
+    GROUP,
+    LONGEST,
+    PATIENT,
+    Envelope,
+    growth_at,
+    lossless,
+    smaller,
+)
 from aeroflutter.motion.parting import exponents
 from aeroflutter.motion.response import SimulateOptions, State
 
@@ -140,7 +148,7 @@ class Watch:
             return self.diverged(max(abs(low), abs(high)))
         if self.options.criteria == "thesis":
             return self._thesis()
-        return self._calm() or self._cycle()
+        return self._calm() or self._cycle(MOST_LOOPS)
 
     def _enter(self, values: Array) -> None:
         """Enter turning points among the loops of the envelope."""
@@ -259,8 +267,8 @@ class Watch:
         low, high = self.ranges[window]
         return high - low
 
-    def _cycle(self) -> Verdict | None:
-        loops, _ = repeats(self.times, self.values, MOST_LOOPS, self.recurrence, self.drift)
+    def _cycle(self, most: int) -> Verdict | None:
+        loops, _ = repeats(self.times, self.values, most, self.recurrence, self.drift)
         if loops == 0:
             return None
         return Verdict("lco", f"the motion repeats after {_loops(loops)}", loops)
@@ -303,6 +311,9 @@ class Watch:
         said = f"bounded, its envelope stationary over {cycles} cycles"
         if envelope.chaotic(found):
             return Verdict("aperiodic", f"{said}, neighbours part: exponent {found.values[0]:.3g}")
+        cycle = self._cycle(LONGEST)
+        if cycle is not None:
+            return cycle
         if long and self._lossless(state):
             if envelope.flat:
                 return Verdict("neutral", "nothing is damped: the motion neither settles nor grows")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Tangents", "growth"]
+__all__ = ["Tangents", "growth", "returns"]
 
 BLOCKS = 16  # of a stretch over which an exponent is measured
 SIZING = 64  # maxima from which the size of each state is taken
@@ -78,19 +78,35 @@ class Tangents:
         return points[:found], times[:found], troughs[:found], logs[:found]
 
 
-def growth(flow: Flow, x: ArrayLike, memory: ArrayLike, count: int) -> Exponents | None:
-    """The largest Lyapunov exponent over the next so many maxima; None if the motion ends before.
+def growth(
+    flow: Flow, x: ArrayLike, memory: ArrayLike, count: int, after: int = SIZING
+) -> Exponents | None:
+    """The largest Lyapunov exponent over so many maxima; None if the motion ends before.
+
+    Parameters
+    ----------
+    flow, x, memory
+        The motion, (n,) and (m,) or one number.
+    count, after
+        Maxima over which it is measured, and that pass before.
+    """
+    tangents = Tangents.along(flow, x, memory, 1, sizing=after)
+    _, times, _, logs = tangents.over(count)
+    if times.size < count or not np.all(np.isfinite(logs)):
+        return None
+    return measured(times, logs, BLOCKS)
+
+
+def returns(flow: Flow, x: ArrayLike, memory: ArrayLike, count: int) -> tuple[Array, Array]:
+    """Points (x, h) at the next so many maxima, fewer if the motion ends before, and their times.
 
     Parameters
     ----------
     flow, x, memory
         The motion, (n,) and (m,) or one number.
     """
-    tangents = Tangents.along(flow, x, memory, 1)
-    _, times, _, logs = tangents.over(count)
-    if times.size < count or not np.all(np.isfinite(logs)):
-        return None
-    return measured(times, logs, BLOCKS)
+    points, times, _, _ = Tangents.along(flow, x, memory, 1, sizing=1).over(count)
+    return points, times
 
 
 def _unit(flow: Flow, reach: Array) -> Array:
