@@ -304,6 +304,27 @@ def test_a_cycle_of_seventeen_loops_is_one_even_after_chaos_that_ends(ratio: flo
     assert flow.passage(z, found.period / 17).end != pytest.approx(z, abs=0.1)
 
 
+def test_who_grows_between_two_slopes_until_it_overflows_has_diverged() -> None:
+    """Nothing is damped on either of the outer pieces, and going from one to the other feeds it."""
+    section = TypicalSection(
+        omega_bar=0.7140289215818567, mu=96.2719800321144, a_h=-0.3763854225516975,
+        x_alpha=0.0388583410202727, r_alpha=0.4092203607168441,
+    )  # fmt: skip
+    family = SectionFamily(section, QuasiSteady())
+    pitch = (-1.5644392577117905, -0.7348478737883277, 0.0, 0.5905483988940683, 1.1609592695182243)
+    moment = (-1.4399135515950263, -0.7543742540158689, 0.0, 0.266905955893459, 0.4541040569279608)
+    flutter = flutter_speed(family)
+    assert flutter is not None
+    start = Initial(
+        alpha=0.33930002341297316, alpha_rate=0.018690635219508322,
+        xi=-0.0041232301052765204, xi_rate=0.011674080264957956,
+    )  # fmt: skip
+    quiet = SimulateOptions(record=False)
+    end = simulate(family.at(0.4607 * flutter), Table(pitch, moment), start, quiet)
+    assert end.state == "divergent"
+    assert "overflowed" in end.reason
+
+
 def test_turning_points_that_repeat_after_many_loops_are_a_cycle():
     """Forty loops of a period, given as turning points: neither a torus nor chaos."""
     k = np.arange(8000)

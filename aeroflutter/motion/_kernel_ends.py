@@ -396,8 +396,7 @@ def settle(
                 return UNPREPARED
             steps += 1
             if status == OVERFLOW:
-                state = DIVERGENT if proofs.unstable else UNDECIDED
-                reason = OVERFLOWED
+                state, reason = DIVERGENT, OVERFLOWED
             elif status == STUCK:
                 return STALLED
             else:
