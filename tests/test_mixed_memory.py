@@ -7,7 +7,17 @@ import oracle_mixed as oracle
 import pytest
 from oracle_springs import section
 
-from aeroflutter import Cubic, Hysteresis, InputError, Play, Polynomial, System, TypicalSection
+from aeroflutter import (
+    ConvergenceError,
+    Cubic,
+    Freeplay,
+    Hysteresis,
+    InputError,
+    Play,
+    Polynomial,
+    System,
+    TypicalSection,
+)
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.family import SectionModel
 from aeroflutter.motion import Initial, SimulateOptions, simulate
@@ -185,6 +195,36 @@ def test_a_family_of_cycles_goes_from_sticking_through_sliding_to_the_stops():
         balance = solve_cycle(TWO, springs, guess, options=HarmonicOptions(harmonics=31))
         assert balance.omega == pytest.approx(cycle.omega, rel=1e-5)
         assert balance.springs[0].amplitude == pytest.approx(cycle.amplitude, rel=1e-5)
+
+
+def test_a_passage_that_switches_more_often_than_a_cycle_is_given_up():
+    """Newton's method asks for such motions now and then; they would take for ever."""
+    flow = SmoothFlow(TWO, (HINGE, HARDENING), 1.1 * FLUTTER)
+    z = flow.loop.point(Initial(alpha=0.1).vector(TWO.at(1.1 * FLUTTER)), 0.0)
+    assert len(flow.passage(z, 1000.0).switches) > 100
+    with pytest.raises(ConvergenceError, match="regular"):
+        flow.passage(z, 1e6)
+
+
+def test_a_loop_without_friction_has_no_memory():
+    system, start = TWO.at(0.8 * FLUTTER), Initial(alpha=0.1)
+    options = SimulateOptions(record=False)
+    loop = simulate(system, (Hysteresis(0.0, 0.02), HARDENING), start, options)
+    gap = simulate(system, (Freeplay(0.02), HARDENING), start, options)
+    assert loop.amplitude == gap.amplitude
+    assert not np.any(loop.final_memory)
+
+
+def test_loops_that_switch_at_one_moment_are_one_of_their_sum():
+    A, B, C, d = section(np.random.default_rng(5), 3.0)
+    start = Initial(state=[0.8, -0.6, 0.1, 0.2, 0.0, 0.0])
+    options = SimulateOptions(duration=60.0, decide=False, record=False)
+    loop, power = Hysteresis(0.3, 0.5, 0.1, -0.1), Polynomial((0.8, 0.2, 0.6))
+    whole = simulate(System(A, B, C, d), (power, loop), start, options)
+    halves = np.column_stack((0.5 * B[:, 1], B[:, 0], 0.5 * B[:, 1])), C[[1, 0, 1]]
+    both = simulate(System(A, *halves, d), (loop, power, loop), start, options)
+    np.testing.assert_allclose(both.final_state, whole.final_state, atol=1e-12)
+    np.testing.assert_allclose(both.final_memory[[0, 2]], whole.final_memory[1], atol=1e-12)
 
 
 def test_a_motion_comes_to_rest_where_its_loop_sticks():

@@ -15,7 +15,7 @@ import numpy as np
 from aeroflutter.errors import InputError
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion._kernel_taylor import Law
-from aeroflutter.springs import PieceTable, alone, each
+from aeroflutter.springs import PieceTable, alone, each, simplify
 from aeroflutter.springs._kernel_columns import (
     CEILING,
     FLOOR,
@@ -122,6 +122,8 @@ class SmoothLoop:
             If one of several jumps, or has a memory beside one without polynomial pieces.
         """
         springs = each(spring)
+        if len(springs) > 1:  # a loop without friction has no memory
+            springs = tuple(simplify(one) for one in springs)
         loop = cls(as_system(system), springs, change)
         for one in springs if len(springs) > 1 else ():
             if jumps(one):

@@ -10,7 +10,7 @@ import numpy as np
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.motion._kernel_taylor import EVENT_COLUMNS, FULL
 from aeroflutter.motion.chaos import _kernel_tangents as kernel
-from aeroflutter.motion.flow import Passage
+from aeroflutter.motion.flow import EVENTS, Passage
 from aeroflutter.motion.smooth_laws import SmoothLoop, slope_law
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ def passage(loop: SmoothLoop, z: Array, duration: float, rtol: float = RTOL) -> 
     Raises
     ------
     ConvergenceError
-        If it does not stay bounded and regular.
+        If it does not stay bounded and regular, or turns or switches more often than a cycle can be
+        expected to.
     """
     pieces = loop.pieces
     if pieces is None:
@@ -77,7 +78,7 @@ def passage(loop: SmoothLoop, z: Array, duration: float, rtol: float = RTOL) -> 
     else:
         rows, end = pieces.begin(z)
         tangents = pieces.tangents(end, z, z.size + 1)
-        time, _, events = _Series(pieces, duration).along(rows, end, tangents)
+        time, _, events = _Series(pieces, duration).along(rows, end, tangents, EVENTS)
         if time < duration:
             raise ConvergenceError(IRREGULAR)
         rate = pieces.rate(rows, end, loop.rate(end))
@@ -120,11 +121,16 @@ class _Series:
         return z, tangents, turns
 
     def along(
-        self, rows: NDArray[np.int64], z: Array, tangents: Array
+        self, rows: NDArray[np.int64], z: Array, tangents: Array, most: float = np.inf
     ) -> tuple[float, Array, Array]:
-        """Time reached, turning points and switches; modes, point and tangents go along."""
-        turns, events, status, time = [], [], FULL, 0.0
-        while status == FULL:
+        """Time reached, turning points and switches; modes, point and tangents go along.
+
+        It stops short once there are more than `most` of either.
+        """
+        turns: list[Array] = []
+        events: list[Array] = []
+        status, time = FULL, 0.0
+        while status == FULL and TURNS * len(turns) <= most:
             room, event = np.empty((TURNS, 2 + z.size)), np.empty((TURNS, EVENT_COLUMNS))
             status, time, self.slope, found, switched = kernel.march(
                 self.pieces.law, rows, z, tangents, time, self.window, self.slope, room, event
