@@ -177,35 +177,38 @@ def room_of(law: Law) -> Series:
 @kernel
 def expand(law: Law, rows: NDArray[np.int64], z: Array, series: Series) -> None:
     """Taylor coefficients of everything from z."""
-    m, n = law.C.shape
-    Z, Y, F = series.z, series.y, series.F
+    A, B, C, d, beta, table, held = (
+        law.A, law.B, law.C, law.d, law.beta, law.table, law.held,
+    )  # fmt: skip
+    Z, Y, F, nested = series.z, series.y, series.F, series.nested
+    m, n = C.shape
     Z[0] = z
     for s in range(m):
-        Y[s, 0] = output(law, s, z)
+        Y[s, 0] = output(C, s, z)
     for k in range(ORDER):
         for s in range(m):
-            F[s, k] = nest(law.beta, rows[s], Y[s], k, series.nested[s])
-            if law.held[s] >= 0:
-                F[s, k] -= law.table[rows[s], HELD] * Z[k, law.held[s]]
+            F[s, k] = nest(beta, rows[s], Y[s], k, nested[s])
+            if held[s] >= 0:
+                F[s, k] -= table[rows[s], HELD] * Z[k, held[s]]
         for i in range(n):
-            total = law.d[i] if k == 0 else 0.0
+            total = d[i] if k == 0 else 0.0
             for s in range(m):
-                total -= law.B[i, s] * F[s, k]
+                total -= B[i, s] * F[s, k]
             for j in range(n):
-                total += law.A[i, j] * Z[k, j]
+                total += A[i, j] * Z[k, j]
             Z[k + 1, i] = total / (k + 1)
         for s in range(m):
-            Y[s, k + 1] = output(law, s, Z[k + 1])
-            if law.held[s] >= 0:
-                Z[k + 1, law.held[s]] = law.table[rows[s], SLIDES] * Y[s, k + 1]
+            Y[s, k + 1] = output(C, s, Z[k + 1])
+            if held[s] >= 0:
+                Z[k + 1, held[s]] = table[rows[s], SLIDES] * Y[s, k + 1]
 
 
 @kernel
-def output(law: Law, s: int, z: Array) -> float:
+def output(C: Array, s: int, z: Array) -> float:
     """y of a spring at z."""
     y = 0.0
-    for j in range(law.C.shape[1]):
-        y += law.C[s, j] * z[j]
+    for j in range(C.shape[1]):
+        y += C[s, j] * z[j]
     return y
 
 
@@ -295,7 +298,7 @@ def switch(
     The memory follows y from where a flat begins, δh = C δx from there on, forgets where it meets a
     stop, and keeps what it has where y turns.
     """
-    row, held, y = law.table[rows[s]], law.held[s], output(law, s, z)
+    row, held, y = law.table[rows[s]], law.held[s], output(law.C, s, z)
     if row[SLIDES] != 0.0:
         if kind == REVERSAL:
             z[held] = min(max(y - row[LAG], row[FLOOR]), row[CEILING])
@@ -309,7 +312,7 @@ def switch(
         row = law.table[rows[s]]
         z[held] = min(max(y - row[LAG], row[FLOOR]), row[CEILING])
         for j in range(tangents.shape[1]):
-            tangents[held, j] = output(law, s, tangents[:, j])
+            tangents[held, j] = output(law.C, s, tangents[:, j])
     moment = 0.0
     for power in range(law.beta.shape[1] - 1, -1, -1):
         moment = moment * y + law.beta[rows[s], power]

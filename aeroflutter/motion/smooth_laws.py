@@ -65,12 +65,13 @@ class Pieces(NamedTuple):
         """Mode of each spring, among all, at a point, and the point with memories made to fit."""
         law, z = self.law, z.astype(float)
         modes = law.first.copy()
-        for s, (table, y) in enumerate(zip(self.tables, law.C @ z[: law.A.shape[0]], strict=True)):
-            memory = z[law.held[s]] if law.held[s] >= 0 else 0.0
-            mode, held = table.start(float(y), float(memory))
-            modes[s] += mode
-            if law.held[s] >= 0:
-                z[law.held[s]] = held
+        for s, table in enumerate(self.tables):
+            if table.modes > 1:
+                place, y = law.held[s], float(law.C[s] @ z[: law.A.shape[0]])
+                mode, held = table.start(y, float(z[place]) if table.memory else 0.0)
+                modes[s] += mode
+                if table.memory:
+                    z[place] = held
         return modes, z
 
     def tangents(self, z: Array, given: Array, columns: int) -> Array:

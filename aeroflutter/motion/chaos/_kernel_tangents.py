@@ -105,54 +105,56 @@ def expand_tangents(
     law: Law, rows: NDArray[np.int64], series: Series, tangents: Array, D: Array
 ) -> None:
     """Taylor coefficients of the tangents, (ORDER+1, N k), from those of the motion."""
+    A, B, C, beta, table, held = law.A, law.B, law.C, law.beta, law.table, law.held
     N, k = tangents.shape
-    m, n, powers = law.C.shape[0], law.C.shape[1], law.beta.shape[1] - 1
+    m, n, powers = C.shape[0], C.shape[1], beta.shape[1] - 1
     steep = np.empty((m, powers))  # F' = β₁ + 2 β₂ y + 3 β₃ y² + …
     flat = np.zeros((m, ORDER))
     for s in range(m):
         for j in range(powers):
-            steep[s, j] = (j + 1) * law.beta[rows[s], j + 1]
+            steep[s, j] = (j + 1) * beta[rows[s], j + 1]
         flat[s, 0] = steep[s, 0]
         if powers > 1:
             for i in range(ORDER):
                 flat[s, i] = nest(steep, s, series.y[s], i, series.nested[s])
     D[0] = tangents.copy().reshape(N * k)
-    outputs, moments = np.empty((m, ORDER + 1, k)), np.empty(m)
-    for s in range(m):
-        for j in range(k):
-            outputs[s, 0, j] = of_output(law, s, D[0], j, k)
+    outputs, moments = np.empty((m, ORDER, k)), np.empty(m)
+    told = k - 1 if law.dA.size > 0 else -1
     for q in range(ORDER):
         for j in range(k):
-            told = law.dA.size > 0 and j == k - 1
             for s in range(m):
-                moment = 0.0
+                y, moment = 0.0, 0.0
+                for i in range(n):
+                    y += C[s, i] * D[q, i * k + j]
+                outputs[s, q, j] = y
                 for i in range(q + 1):
                     moment += flat[s, i] * outputs[s, q - i, j]
-                if law.held[s] >= 0:
-                    moment -= law.table[rows[s], HELD] * D[q, law.held[s] * k + j]
+                if held[s] >= 0:
+                    moment -= table[rows[s], HELD] * D[q, held[s] * k + j]
                 moments[s] = moment
             for i in range(n):
                 total = 0.0
                 for s in range(m):
-                    total -= law.B[i, s] * moments[s]
-                    if told:
-                        total -= law.dB[i, s] * series.F[s, q]
+                    total -= B[i, s] * moments[s]
                 for other in range(n):
-                    total += law.A[i, other] * D[q, other * k + j]
-                    if told:
-                        total += law.dA[i, other] * series.z[q, other]
+                    total += A[i, other] * D[q, other * k + j]
+                if j == told:
+                    total += change(law, series, i, q)
                 D[q + 1, i * k + j] = total / (q + 1)
             for s in range(m):
-                outputs[s, q + 1, j] = of_output(law, s, D[q + 1], j, k)
-                if law.held[s] >= 0:
-                    slides = law.table[rows[s], SLIDES]
-                    D[q + 1, law.held[s] * k + j] = slides * outputs[s, q + 1, j]
+                if held[s] >= 0:
+                    y = 0.0
+                    for i in range(n):
+                        y += C[s, i] * D[q + 1, i * k + j]
+                    D[q + 1, held[s] * k + j] = table[rows[s], SLIDES] * y
 
 
 @kernel
-def of_output(law: Law, s: int, row: Array, j: int, k: int) -> float:
-    """Coefficient of tangent j of y of a spring, from the row of those of z."""
-    y = 0.0
-    for i in range(law.C.shape[1]):
-        y += law.C[s, i] * row[i * k + j]
-    return y
+def change(law: Law, series: Series, i: int, q: int) -> float:
+    """Coefficient q of the derivative of x'_i with respect to the parameter, at a state that stays."""
+    total = 0.0
+    for j in range(law.dA.shape[1]):
+        total += law.dA[i, j] * series.z[q, j]
+    for s in range(law.dB.shape[1]):
+        total -= law.dB[i, s] * series.F[s, q]
+    return total

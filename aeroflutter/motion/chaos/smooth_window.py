@@ -12,6 +12,7 @@ from aeroflutter.motion._kernel_taylor import EVENT_COLUMNS, FULL
 from aeroflutter.motion.chaos import _kernel_tangents as kernel
 from aeroflutter.motion.flow import EVENTS, Passage
 from aeroflutter.motion.smooth_laws import SmoothLoop, slope_law
+from aeroflutter.motion.smooth_steps import Limits, stepper_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -99,12 +100,11 @@ def _differenced(loop: SmoothLoop, z: Array, duration: float, rtol: float) -> Pa
     end, jacobian[:, :-1], _ = along_loop(loop, z, duration, duration, rtol)(z, np.eye(z.size))
     if loop.change is not None:
         step = DIFFERENCE * np.abs(loop.system.A).max() / np.abs(loop.change[0]).max()
-        none = np.empty((z.size, 0))
-        rise = [
-            along_loop(loop.moved(side * step), z, duration, duration, rtol)(z, none)[0]
-            for side in (1.0, -1.0)
-        ]
-        jacobian[:, -1] = (rise[0] - rise[1]) / (2.0 * step)
+        limits = Limits(duration, np.inf, duration, 1.0, duration)
+        for side in (1.0, -1.0):
+            motion = stepper_of(loop.moved(side * step), z, limits)
+            motion.march(duration)
+            jacobian[:, -1] += side * motion.state / (2.0 * step)
     return Passage(end, jacobian, loop.rate(end), ())
 
 
