@@ -21,6 +21,7 @@ from aeroflutter import (
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.family import SectionModel
 from aeroflutter.motion import Initial, SimulateOptions, simulate
+from aeroflutter.motion.basins import joint_basin
 from aeroflutter.motion.chaos import ChaosOptions, chaos
 from aeroflutter.motion.chaos.smooth_window import passage
 from aeroflutter.motion.smooth_laws import SmoothLoop
@@ -129,6 +130,15 @@ def test_the_jacobian_is_that_of_differences_of_dop853(seed):
         rise = (ends[0] - ends[1]) / (2 * step)
         size = np.linalg.norm(found.jacobian, 2)
         np.testing.assert_allclose(found.jacobian[:, :-1] @ v, rise, atol=1e-6 * size)
+
+
+@pytest.mark.parametrize("seed", [315, 561])
+def test_a_turn_at_the_edge_that_it_makes_is_no_switch(seed):
+    """Where y turns on a flat the loop sticks at its very edge, which round-off may pass."""
+    system, springs, others, x, memory, time = case(seed)
+    loop = SmoothLoop.of(System(*system), springs)
+    _, _, switches = oracle.march(system, others, x, memory, time)
+    assert len(passage(loop, loop.point(x, memory), time).switches) == switches
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -240,6 +250,35 @@ def test_a_motion_comes_to_rest_where_its_loop_sticks():
     on = simulate(system, (HINGE, HARDENING), start, later)
     assert np.array_equal(on.final_memory, run.final_memory)
     np.testing.assert_allclose(on.final_state, loop.state(rest), atol=1e-9)
+
+
+OSCILLATORS = System(
+    np.array([[0, 1, 0, 0], [0, -0.4, 0.1, 0], [0, 0, 0, 1], [0.1, 0, 0, -0.4]]),
+    np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]]),
+    np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]),
+    np.array([0.0, 1.0, 0.0, 0.0]),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("memory", "sticks"), [(-0.5, False), (0.2, False), (0.5, True)])
+def test_a_rest_is_where_a_loop_can_hold_what_it_has(memory, sticks):
+    """A load of one moves the loop to its stop at 0.5, wherever it was before."""
+    loop = SmoothLoop.of(OSCILLATORS, (Hysteresis(0.2, 1.0), Cubic(1.0, 0.01)))
+    rest = loop.rest_near(loop.point(np.array([0.9, 0.0, 0.1, 0.0]), memory))
+    assert (rest is not None) == sticks
+    if rest is not None:
+        assert np.max(np.abs(loop.rate(rest))) < 1e-14
+
+
+@pytest.mark.parametrize("edge", [1e-3, 0.05])
+def test_no_basin_is_wider_than_the_window_in_which_its_loop_sticks(edge):
+    known = OSCILLATORS
+    loop = SmoothLoop.of(
+        System(known.A, known.B, known.C), (Hysteresis(2 * edge, 1.0), Cubic(1.0, 0.01))
+    )
+    basin = joint_basin(loop, np.zeros(5))
+    reach = np.sqrt(known.C[0] @ np.linalg.solve(basin.form, known.C[0]))
+    assert 0.1 * edge < reach < edge * (1 + 1e-12)
 
 
 def test_samples_tell_memory_and_moment():
