@@ -29,7 +29,7 @@ def cycle_near(family: AnyFamily, spring: Springs, Y: Complex, omega: float, spe
     Parameters
     ----------
     family, spring
-        The loop; the spring is piecewise linear, and so are all of several.
+        The loop.
     Y : complex array (H+1,)
         Harmonics of the approximate cycle, the mean (real) first, radians; of several springs
         (m, H+1), one row the coordinate of each.
@@ -39,7 +39,7 @@ def cycle_near(family: AnyFamily, spring: Springs, Y: Complex, omega: float, spe
     Raises
     ------
     InputError
-        If the spring is not piecewise linear.
+        If no engine follows the springs together.
     ConvergenceError
         If there is no cycle nearby.
     """
