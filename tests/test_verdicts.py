@@ -304,6 +304,27 @@ def test_a_cycle_of_seventeen_loops_is_one_even_after_chaos_that_ends(ratio: flo
     assert flow.passage(z, found.period / 17).end != pytest.approx(z, abs=0.1)
 
 
+def test_who_dies_down_about_a_corner_by_a_percent_in_four_hundred_loops_is_damped() -> None:
+    """DOP853 with events: half the swing falls from 0.573 to 0.045 over τ = 4e5, and goes on."""
+    section = TypicalSection(
+        omega_bar=0.17880287571809542, mu=83.93151394747794, a_h=-0.2339745328288425,
+        x_alpha=0.17231743653487938, r_alpha=0.627035465702444, zeta_xi=0.00027854919610978456,
+    )  # fmt: skip
+    family = SectionFamily(section, QuasiSteady())
+    law = Table(
+        (-1.4685757843706941, -0.5220236271052848, 0.0, 0.6860311778831789, 1.466550932579862),
+        (-2.0360381320326515, -0.6528699463623391, 0.0, 0.47024895095743435, 1.2471483698409696),
+    )
+    flutter = flutter_speed(family)
+    assert flutter is not None
+    start = Initial(
+        alpha=0.6572855783665155, alpha_rate=0.03480013783105062,
+        xi=0.5457787364079346, xi_rate=-0.0568791056613183,
+    )  # fmt: skip
+    system = family.at(0.30021295946067583 * flutter)
+    assert simulate(system, law, start, SimulateOptions(record=False)).state == "damped"
+
+
 def test_who_grows_between_two_slopes_until_it_overflows_has_diverged() -> None:
     """Nothing is damped on either of the outer pieces, and going from one to the other feeds it."""
     section = TypicalSection(

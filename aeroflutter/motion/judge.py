@@ -40,6 +40,7 @@ LEAST = 1e-12  # the same over the size of the law, for round-off
 BESIDE = 0.3  # relative distance from a known cycle at which a motion is expected to go to it
 CLEAR = 1e-3  # relative distance of two returns at which another cycle may be just beside it
 MOST = 4000  # maxima over which an exponent is measured
+SLOW = 100_000  # the same of a motion that dies down: how slowly, nothing bounds
 LAST = 400  # the same of a motion that has faded: it is over soon
 PERSISTENT = 20  # times as patient while it settles at a rate that is quick enough to end by then
 ENDURING = 10_000  # loops from which the rate at which it settles is believed
@@ -252,7 +253,7 @@ class Settling:
         envelope, row = self.envelope, self.numbers[self.past.memo[kernel.CELL]]
         change, long = envelope.change(), count >= PATIENT * self.options.cycles
         row[kernel.RATE] = change.rate
-        if envelope.retreats() and self._homogeneous() and self._meets(min(count, MOST)):
+        if envelope.retreats() and self._homogeneous() and self._meets(min(count, SLOW)):
             self._end(codes.DAMPED, codes.RETREATS, self._corner)
         elif long and self._outgrows():
             self._end(codes.DIVERGENT, codes.OUTGROWN)
