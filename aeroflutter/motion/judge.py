@@ -297,7 +297,8 @@ class Settling:
         points, times = returns(self.flow, start[:n], start[n:], 2 * LONGEST + 1)
         if len(points) <= 2 * LONGEST:
             return False
-        apart = np.max(np.abs(points[1 : LONGEST + 1] - points[0]) / past.size, axis=1)
+        unit = np.maximum(past.size, 1e-14 * np.max(past.size))
+        apart = np.max(np.abs(points[1 : LONGEST + 1] - points[0]) / unit, axis=1)
         lag = 1 + int(np.argmin(apart))
         if not apart[lag - 1] < CLEAR:
             return False
