@@ -177,9 +177,41 @@ def test_a_changed_file_is_read_again(tmp_path):
     assert load_case(table).imported.scale.b == 2 * SCALE.b
 
 
-def test_a_page_is_of_angles(cases, tmp_path, capsys):
-    assert main(["report", str(cases / "m.toml"), "--out", str(tmp_path / "p.html")]) == 2
-    assert 'a page tells angles, and "hinge" is none' in capsys.readouterr().err
+def test_a_page_tells_metres_as_they_are(cases, tmp_path, monkeypatch):
+    """Its numbers are those of the page in degrees, in radians, and no word of it is an angle."""
+    from test_report_page import _carried, _quick
+
+    _quick(monkeypatch)
+    pages = {}
+    for unit, starts in (("rad", np.array([0.5, 2.0])), ("m", np.radians([0.5, 2.0]))):
+        out, start = tmp_path / f"{unit}.html", ",".join(map(repr, starts.tolist()))
+        words = ["--velocity", "45,60", "--alpha-deg", start, "--periods", "2", "--out", str(out)]
+        assert main(["report", str(cases / f"{unit}.toml"), *words]) == 0
+        pages[unit] = out.read_text(encoding="utf-8")
+    rad, m = _carried(pages["rad"]), _carried(pages["m"])
+    assert (m["told"], rad["told"]) == (
+        {"unit": "m", "mark": " m", "effort": "force"},
+        {"unit": "deg", "mark": "°", "effort": "moment"},
+    )
+    assert m["map"]["y"]["name"] == "hinge"
+    assert m["map"]["state"] == rad["map"]["state"]
+    assert {"lco", "damped"} <= {m["map"]["states"][k] for k in np.ravel(m["map"]["state"])}
+    for page, whole in ((m, np.radians(1.0)), (rad, 1.0)):  # of a degree in the API's unit
+        page["sizes"] = [*page["curves"][0]["amplitude"], page["map"]["amplitude"][1][1]]
+        page["sizes"] = np.array([*page["sizes"], *page["view"]["y"], *page["spring"]["pitch"]])
+        page["sizes"] = page["sizes"] / whole
+        sizes = np.array(page["motions"]["headers"])[:, [2, 4]]
+        page["headers"] = np.where(sizes == 1.0, 1.0, sizes / whole)  # 1: the spring rests
+    np.testing.assert_allclose(m["sizes"], rad["sizes"], rtol=1e-5)
+    np.testing.assert_allclose(m["headers"], rad["headers"], rtol=1e-3)
+    shown = pages["m"].split('<script type="application/json"')[0]
+    assert "amplitude (m)" in shown
+    assert "Restoring force of the spring against hinge" in shown
+    assert "°" not in shown
+    assert "(deg)" not in shown
+
+
+def test_a_model_of_one_speed_has_no_map(tmp_path, capsys):
     one = variables()
     np.savez(tmp_path / "o.npz", **(one | {n: one[n][9] for n in ("speeds", "A", "B")}))
     (tmp_path / "o.toml").write_text('[model]\nkind = "state-space"\nfile = "o.npz"\n')

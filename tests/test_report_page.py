@@ -1,5 +1,7 @@
 """The report as it is read: hostile words, units, bifurcations, keyboard, extremes, ranges."""
 
+import base64
+import gzip
 import json
 import re
 import shutil
@@ -127,6 +129,27 @@ def test_a_model_from_a_file_has_a_page(
     shown = _shown(out, "return [document.getElementById('chosen').textContent, UNIT, CLOCK]")
     assert re.search(r"limit cycle of amplitude .* Hz\)", shown[0])
     assert shown[1:] == [" s", "t"]
+
+
+def test_a_section_with_its_spring_in_heave_starts_in_pitch(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The map is over pitch in degrees, and pitch is drawn below the heave."""
+    from aeroflutter.report import ReportOptions, analyse, gather
+
+    _quick(monkeypatch)
+    gap = {"spring": [{"at": "heave", "kind": "freeplay", "gap": 0.02}]}
+    case = load_case({"section": {"omega_bar": 0.5, "mu": 20.0}, **gap})
+    options = ReportOptions(speed_ratios=np.array([1.1]), pitches_deg=np.array([3.0]), periods=2.0)
+    data = gather(analyse(case, options))
+    assert data["told"] == {"unit": "semichord", "mark": " semichord", "effort": "force"}
+    assert (data["map"]["y"]["name"], data["map"]["y"]["mark"]) == ("pitch", "°")
+    assert data["beside"]["label"] == "pitch (deg)"
+    count, _, *units = data["motions"]["headers"][data["map"]["motion"]]
+    blob = gzip.decompress(base64.b64decode(data["motions"]["samples"]))
+    start = sum(8 * one[0] for one in data["motions"]["headers"][: data["map"]["motion"]])
+    first = np.frombuffer(blob, "<i2", 3 * count, start + 2 * count).reshape(3, count)[:, 0]
+    assert first * units == pytest.approx([0.0, 3.0, 0.0], abs=1e-3)
 
 
 def test_the_map_is_told_in_words() -> None:

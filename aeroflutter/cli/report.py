@@ -19,7 +19,6 @@ from aeroflutter.cli.common import (
     target_problems,
 )
 from aeroflutter.errors import InputError
-from aeroflutter.results.unit import spoken_unit
 from aeroflutter.stderr import aside
 
 if TYPE_CHECKING:
@@ -47,7 +46,10 @@ def report(
     ] = None,
     alpha_deg: Annotated[
         Range,
-        Parameter(help="Initial pitches of the map in degrees; by default to twice the case's."),
+        Parameter(
+            help="Initial pitches of the map in degrees; by default to twice the case's. Of a "
+            "model, displacements of its first spring, in m if that is in m."
+        ),
     ] = None,
     periods: Annotated[
         float, Parameter(help="Length of the traces, in periods of linear flutter.")
@@ -76,11 +78,6 @@ def report(
     if problems:
         raise InputError(problems)
     loaded = options.load(case)
-    if not spoken_unit().suffix:
-        raise InputError(
-            f"{loaded.source}: spring.at: a page tells angles, and "
-            f'"{loaded.model().names[0]}" is none; the other commands take it'
-        )
     earlier = out.exists()
     if earlier and not overwrite and not _same(out, loaded):
         raise InputError(

@@ -19,6 +19,7 @@ from aeroflutter.motion.response import Initial
 from aeroflutter.orbits.cycles import LimitCycles, limit_cycles
 from aeroflutter.orbits.describing import DescribingCurve, describing_curve
 from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOptions, harmonic_families
+from aeroflutter.results.unit import start_unit, told_of
 from aeroflutter.springs import Linear, Springs, each, simplify, straight
 from aeroflutter.studies.cases import CaseCells
 from aeroflutter.studies.maps import (
@@ -63,6 +64,7 @@ class ReportOptions:
         Speeds U* instead, for sections without flutter.
     pitches_deg : array (m,), optional
         Initial pitches of the map in degrees, ascending; by default up to twice the case's own.
+        Of a model from a file, displacements of its first spring, in metres if that is in metres.
     periods : float
         Length of a trace, in periods of linear flutter; of uncoupled pitch where nothing flutters.
 
@@ -172,7 +174,16 @@ def analyse(
     InputError
         If the map that is asked for cannot be: speed ratios without a flutter speed, say.
     """
-    options = options or ReportOptions()
+    with told_of(case):
+        return _analysed(case, options or ReportOptions(), executor, progress)
+
+
+def _analysed(
+    case: Case,
+    options: ReportOptions,
+    executor: Executor | None,
+    progress: Callable[[str], None],
+) -> Analyses:
     (family, spring), notes = case.loop(), list[str]()
     progress("root locus")
     locus = root_locus(family)
@@ -329,10 +340,10 @@ def _flow(options: ReportOptions, locus: RootLocus, onset: float | None, columns
 
 
 def _pitches(case: Case, options: ReportOptions, rows: int) -> Array:
-    """Initial pitches in degrees: up to twice the case's own; on both sides if they differ."""
+    """Where motions start, as told: up to twice the case's own; on both sides if they differ."""
     if options.pitches_deg is not None:
         return options.pitches_deg
-    top = float(np.degrees(2.0 * abs(case.initial.alpha) or 6.0 * case.spring.scale))
+    top = start_unit().factor * (2.0 * abs(case.initial.alpha) or 6.0 * case.spring.scale)
     if all(one.odd for one in case.loop_springs):
         return np.linspace(top / rows, top, rows)
     return np.linspace(-top, top, rows + 1)  # an even number: none of them zero

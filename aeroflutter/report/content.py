@@ -1,4 +1,4 @@
-"""What a report shows, as one plain dictionary: gathered from the results, in degrees."""
+"""What a report shows, as one plain dictionary: gathered from the results, in its case's unit."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from aeroflutter.motion.response import Initial, SimulateOptions, simulate
 from aeroflutter.report.analyses import period
-from aeroflutter.report.motions import Motions, harmonic_motion, marched
+from aeroflutter.report.motions import Motions, beside, harmonic_motion, marched
 from aeroflutter.results import fields_of
 from aeroflutter.results.proofs import free_words
+from aeroflutter.results.studies import spoken
+from aeroflutter.results.unit import spoken_unit, start_unit, told, told_of
 from aeroflutter.springs import respond
 from aeroflutter.verdicts import STATES
 
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from aeroflutter.model.section import Scale
     from aeroflutter.orbits.cycles import Cycle
     from aeroflutter.report.analyses import Analyses
+    from aeroflutter.results.unit import Unit
     from aeroflutter.studies.maps import FlutterMap, Grid
 
 __all__ = ["gather"]
@@ -48,9 +51,16 @@ def gather(found: Analyses) -> dict[str, Any]:
     Returns
     -------
     dict
-        title, case, facts, notes, section, axis, free, locus, spring, curves, events, map, motions.
+        title, case, facts, notes, section, axis, told, beside, free, locus, spring, curves,
+        events, map, motions.
     """
-    motions = Motions()
+    with told_of(found.case):
+        return _gathered(found)
+
+
+def _gathered(found: Analyses) -> dict[str, Any]:
+    model = found.case.model()
+    motions = Motions(beside=beside(model))
     by_method = (_described(found, motions), _balanced(found, motions), _exact(found, motions))
     curves = [_drawn(found, one, motions) for one in chain(*by_method)]
     page = {
@@ -66,8 +76,9 @@ def gather(found: Analyses) -> dict[str, Any]:
         "curves": [curve for curve, _ in curves],
         "events": [event for _, events in curves for event in events],
         "view": _view(found),
-        "coordinate": found.case.model().names[0],
-        "heave": "xi" in found.case.model().state_names,
+        "coordinate": model.names[0],
+        "told": _unit(spoken_unit()),
+        "beside": None if motions.beside is None else motions.beside._asdict(),
         "map": None if found.map is None else _map(found, found.map, motions),
         "motions": motions.coded(),
     }
@@ -85,6 +96,16 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value
+
+
+def _unit(unit: Unit) -> dict[str, str]:
+    """How the page writes numbers in a unit, and what a spring of it does."""
+    return {"unit": unit.name, "mark": unit.mark, "effort": unit.effort}
+
+
+def _size(fields: dict[str, Any], name: str) -> Any:
+    """A number of a record that is in the unit which is told."""
+    return fields[name + spoken_unit().suffix]
 
 
 def _axis(found: Analyses) -> dict[str, Any]:
@@ -150,7 +171,8 @@ def _onsets(found: Analyses) -> Iterable[tuple[str, str]]:
         one = fields_of(result)["onset"]
         if one is not None:
             metres = "" if found.case.scale is None else " m/s"
-            where = f"{one['speed'] / found.unit:.6g}{metres}, {one['amplitude_deg']:.4g}°"
+            size = f"{_size(one, 'amplitude'):.4g}{spoken_unit().mark}"
+            where = f"{one['speed'] / found.unit:.6g}{metres}, {size}"
             yield name, f"{where} ({one['kind']})"
 
 
@@ -207,14 +229,14 @@ def _locus(found: Analyses) -> dict[str, Any]:
 
 
 def _spring(found: Analyses) -> dict[str, Any]:
-    """The law under a pitch that swings between two limits well beyond it."""
+    """The law under a motion that swings between two limits well beyond it."""
     spring = found.case.spring
     low, high = np.array(spring.span())
     reach = 1.6 * max(0.5 * (high - low), 0.0) or abs(found.case.initial.alpha) or 0.1
     swing = 0.5 * (low + high) + reach * np.sin(np.linspace(0.0, 5.0 * np.pi, 1201))
     moment, _ = respond(spring, swing)
     last = slice(-482, None)
-    return {"pitch": np.degrees(swing[last]), "moment": np.degrees(moment[last])}
+    return {"pitch": told(swing[last]), "moment": told(moment[last])}
 
 
 def _thinned(m: int, extra: Iterable[int] = (), most: int = POINTS) -> list[int]:
@@ -259,7 +281,7 @@ def _drawn(found: Analyses, one: _Curve, added: Motions) -> tuple[dict[str, Any]
 
 def _place(found: Analyses, point: dict[str, Any]) -> dict[str, float]:
     """Where a cycle is drawn, its bias without round-off."""
-    bias, amplitude = point["bias_deg"], point["amplitude_deg"]
+    bias, amplitude = _size(point, "bias"), _size(point, "amplitude")
     return {
         "x": point["speed"] / found.unit,
         "amplitude": amplitude,
@@ -342,7 +364,7 @@ def _exact(found: Analyses, added: Motions) -> Iterator[_Curve]:
 def _add_harmonic(found: Analyses, added: Motions, speed: float, Y: Any, omega: float) -> None:
     """Add one period of a motion that is given by its harmonics."""
     family, spring = found.loop
-    added.add_periodic(*harmonic_motion(family.at(speed), spring, Y, omega))
+    added.add_periodic(*harmonic_motion(family.at(speed), spring, Y, omega, added.beside))
 
 
 def _proved(found: Analyses, mine: NDArray[np.intp], shown: NDArray[np.intp]) -> dict[str, Any]:
@@ -352,7 +374,7 @@ def _proved(found: Analyses, mine: NDArray[np.intp], shown: NDArray[np.intp]) ->
         return {"band": None, "outline": None}
     x: list[float] = []
     y: list[float] = []
-    amplitude, speed = np.degrees(curve.amplitude[mine]), proof.speed[mine] / found.unit
+    amplitude, speed = told(curve.amplitude[mine]), proof.speed[mine] / found.unit
     runs = np.split(np.arange(mine.size), np.flatnonzero(np.diff(proof.guaranteed[mine])) + 1)
     for run in runs:
         if run.size and proof.guaranteed[mine[run[0]]]:
@@ -380,7 +402,7 @@ def _view(found: Analyses) -> dict[str, Any]:
     if not points:
         return {"x": None, "y": None, "log": False}
     x = np.array([one["speed"] for one in points]) / found.unit
-    y = np.array([one["amplitude_deg"] for one in points])
+    y = np.array([_size(one, "amplitude") for one in points])
     low = float(x.min())
     flutter = (found.flutter or 0.0) / found.unit
     high = float(x.max())
@@ -392,7 +414,7 @@ def _view(found: Analyses) -> dict[str, Any]:
     inside = (x >= low) & (x <= high)
     size = float(y[inside][np.argmin(x[inside])])
     top = float(y[inside].max())
-    if size > 0.05 * math.degrees(found.case.spring.scale):
+    if size > 0.05 * told(found.case.spring.scale):
         top = min(top, 12.0 * size)
     shown = y[inside & (y <= top) & (y > 0.0)]
     least = max(float(shown.min(initial=top)), top / DEEPEST)
@@ -413,7 +435,7 @@ def _map(found: Analyses, cells: FlutterMap, motions: Motions) -> dict[str, Any]
         speed = float(x) * reference
         system, unit = family.at(speed), period(found.locus, speed)
         for j, y in enumerate(grid.y.values):
-            start = Initial(**case.displaced(math.radians(y))._asdict())
+            start = Initial(**case.displaced(y / start_unit().factor)._asdict())
             response = marched(system, spring, start, unit, found.options.periods * unit)
             motions.add_response(response, divergent=cells.state[i, j] == STATES.index("divergent"))
     ends = np.full(cells.state.shape, -1)
@@ -424,13 +446,17 @@ def _map(found: Analyses, cells: FlutterMap, motions: Motions) -> dict[str, Any]
         ends[i, j] = settled[key]
     return {
         "x": {"key": grid.x.key, "values": grid.x.values, "scale": reference / found.unit},
-        "y": {"label": f"initial {case.model().names[0]} (deg)", "values": grid.y.values},
+        "y": {
+            "name": "pitch" if case.imported is None else case.model().names[0],
+            **_unit(start_unit()),
+            "values": grid.y.values,
+        },
         "states": STATES,
         "state": cells.state,
-        "amplitude": cells.amplitude_deg,
-        "bias": cells.bias_deg,
+        "amplitude": spoken("amplitude_deg", cells.amplitude_deg),
+        "bias": spoken("bias_deg", cells.bias_deg),
         "period": cells.period,
-        "rest": cells.rest_deg,
+        "rest": spoken("rest_deg", cells.rest_deg),
         "decided": cells.decided_at,
         "motion": first,
         "settled": ends,
@@ -445,7 +471,7 @@ def _settled(
     case = found.case
     family, spring = found.loop
     system = family.at(float(grid.x.values[i]) * reference)
-    start = Initial(**case.displaced(math.radians(grid.y.values[j]))._asdict())
+    start = Initial(**case.displaced(grid.y.values[j] / start_unit().factor)._asdict())
     end = simulate(system, spring, start, SimulateOptions(record=False))
     near = Initial(state=end.final_state, memory=end.final_memory)
     # The end is certain long before it is reached: march on until it is.

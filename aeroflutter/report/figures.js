@@ -44,7 +44,7 @@ function draw(id, traces, x, y, more = {}) {
     hoverlabel: { bgcolor: colour("panel"), bordercolor: colour("rule"),
       font: { color: colour("ink") }, align: "left" },
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", font: { size: 12 } },
-    xaxis: x, yaxis: y, ...more,
+    xaxis: x, yaxis: { automargin: true, ...y }, ...more,
   };
   return Plotly.react(id, traces, layout, CONFIG);
 }
@@ -54,6 +54,14 @@ const heading = (text) => ({ margin: { l: 52, r: 12, t: 40, b: 44 },
 const html = (text) => text.replace("U*_L", "U*<sub>L</sub>").replace("ω_α", "ω<sub>α</sub>");
 const number = (value, digits = 5) =>
   value === null || !Number.isFinite(value) ? "–" : String(+value.toPrecision(digits));
+
+// In the unit of the coordinate of the first spring; where motions start has one of its own.
+const { unit: NAME, mark: MARK, effort: EFFORT } = data.told;
+const SPEED = data.axis.key === "velocity" ? " m/s" : ""; // behind an airspeed
+const told = (value, digits = 5) => number(value, digits) + MARK;
+const COORDINATE = `${data.coordinate} (${NAME})`;
+const RESTORING = `restoring ${EFFORT} (${NAME})`;
+const AMPLITUDE = `${data.coordinate} amplitude (${NAME})`;
 
 function speedLine(speed, name) {
   return [
@@ -87,8 +95,8 @@ function drawSpring() {
   const { pitch, moment } = data.spring;
   draw("plot-spring", [{ x: pitch, y: moment, mode: "lines",
     line: { color: colour("ink"), width: 2 },
-    hovertemplate: "%{x:.4g}°<br>moment %{y:.4g}°<extra></extra>" }],
-    axis(ANGLE), axis("restoring moment (deg)"), heading("spring"));
+    hovertemplate: `%{x:.4g}${MARK}<br>${EFFORT} %{y:.4g}${MARK}<extra></extra>` }],
+    axis(COORDINATE), axis(RESTORING), heading("spring"));
 }
 
 function drawLocus() {
@@ -141,7 +149,7 @@ function halves(curve, n) {
         dash: wanted ? "solid" : "dash" },
       opacity: curve.method === "exact" ? 1 : 0.75,
       hovertemplate: `${METHODS[curve.method]}, %{customdata[5]}<br>` +
-        "speed %{x:.6g}<br>amplitude %{y:.5g}°<br>bias %{customdata[3]:.4g}°<br>" +
+        `speed %{x:.6g}${SPEED}<br>amplitude %{y:.5g}${MARK}<br>bias %{customdata[3]:.4g}${MARK}<br>` +
         "%{customdata[2]}%{customdata[4]}<extra></extra>" };
   }).filter((trace) => trace.y.some((value) => value !== null) || trace.showlegend);
 }
@@ -166,7 +174,7 @@ function bifurcations() {
       customdata: found.map((e) => [-1, e.n, periodWords(e.period, e.x)]),
       marker: { symbol: SYMBOLS[kind], size: 9, color: colour("ink"),
         line: { color: colour("paper"), width: kind === "grazing" ? 2 : 1 } },
-      hovertemplate: `${kind}<br>speed %{x:.7g}<br>amplitude %{y:.5g}°<br>` +
+      hovertemplate: `${kind}<br>speed %{x:.7g}${SPEED}<br>amplitude %{y:.5g}${MARK}<br>` +
         "%{customdata[2]}<extra></extra>" };
   }).filter((trace) => trace.x.length);
 }
@@ -178,10 +186,10 @@ const decades = (low, high, digits) => Array.from({ length: high - low + 1 }, (_
 /** The axis of amplitudes, logarithmic where the curves would crowd at its foot. */
 function amplitudes() {
   const { y, log } = data.view;
-  if (!y) return axis(`${data.coordinate} amplitude (deg)`);
-  if (!log) return axis(`${data.coordinate} amplitude (deg)`, { range: y });
+  if (!y) return axis(AMPLITUDE);
+  if (!log) return axis(AMPLITUDE, { range: y });
   const ticks = decades(Math.floor(Math.log10(y[0])), Math.ceil(Math.log10(y[1])), [1, 2, 5]);
-  return axis(`${data.coordinate} amplitude (deg)`, { type: "log", range: y.map(Math.log10),
+  return axis(AMPLITUDE, { type: "log", range: y.map(Math.log10),
     tickvals: ticks, ticktext: ticks.map((value) => number(value, 2)) });
 }
 
@@ -194,8 +202,12 @@ function drawCurves() {
       shapes: curveShapes() });
 }
 
-const linearFlutter = () =>
-  marks([[data.axis.flutter ?? null, "linear flutter"]]);
+/** Its name is beyond the line where what is proved free has its own on this side. */
+function linearFlutter() {
+  const found = marks([[data.axis.flutter ?? null, "linear flutter"]]);
+  if (data.free) for (const one of found.annotations) one.xanchor = "left";
+  return found;
+}
 
 /** The airspeeds at which nothing can oscillate, by proof. */
 function provedFree(layer) {
@@ -247,15 +259,16 @@ function drawMap() {
   const cycles = turned(amplitude, (value, i, j) =>
     stateOf(state[i][j]) === "lco" ? Math.log10(value) : null);
   const some = cycles.flat().some((value) => value !== null);
-  const ticks = decades(-3, 2, [1, 1.5, 2, 3, 5, 7]);
+  const sizes = cycles.flat().filter((value) => value !== null);
+  const ticks = some ? decades(Math.floor(Math.min(...sizes)), Math.ceil(Math.max(...sizes)), [1, 1.5, 2, 3, 5, 7]) : [];
   draw("plot-map", [
     { ...common, z: codes, zmin: -0.5, zmax: MAPPED.length - 0.5, colorscale: steps, showscale: false },
     { ...common, z: cycles, colorscale: "Viridis", showscale: some,
       colorbar: { tickvals: ticks.map(Math.log10), ticktext: ticks.map((value) => number(value, 2)),
-        title: { text: "amplitude (deg)", side: "right", font: { size: 12 } },
+        title: { text: `amplitude (${NAME})`, side: "right", font: { size: 12 } },
         thickness: 12, outlinewidth: 0, tickfont: { size: 11 } } },
   ], axis(html(data.axis.label), { showgrid: false, zeroline: false }),
-  axis(y.label, { showgrid: false, zeroline: false }),
+  axis(`initial ${y.name} (${y.unit})`, { showgrid: false, zeroline: false }),
   { shapes: mapShapes(), annotations: mapFree().annotations, margin: { l: 52, r: 12, t: 8, b: 44 }, uirevision: "map" });
 }
 
@@ -287,13 +300,13 @@ function mapFree() {
 function cellWords(i, j) {
   const { x, y, state, amplitude, bias, period, rest, decided } = data.map;
   const name = stateOf(state[i][j]);
-  const where = `speed ${number(x.values[i] * toPage)}, initial pitch ${number(y.values[j])}°`;
+  const where = `speed ${number(x.values[i] * toPage)}${SPEED}, initial ${y.name} ${number(y.values[j])}${y.mark}`;
   const small = Math.abs(bias[i][j]) < 1e-6 * Math.abs(amplitude[i][j]) ? 0 : bias[i][j];
   const end = {
-    lco: `limit cycle of amplitude ${number(amplitude[i][j])}°, bias ${number(small)}°, ` +
+    lco: `limit cycle of amplitude ${told(amplitude[i][j])}, bias ${told(small)}, ` +
       periodWords(period[i][j], x.values[i] * toPage),
-    damped: `damped, rests at ${number(rest[i][j], 3)}°`,
-    aperiodic: `aperiodic, amplitude about ${number(amplitude[i][j], 3)}°`,
+    damped: `damped, rests at ${told(rest[i][j], 3)}`,
+    aperiodic: `aperiodic, amplitude about ${told(amplitude[i][j], 3)}`,
   }[name] || name;
   const known = name === "undecided" ? "marched to" : "certain after";
   const when = decided[i][j] * second(x.values[i] * toPage);
@@ -306,7 +319,6 @@ function cellWords(i, j) {
 const second = (speed) => (data.axis.semichord ? data.axis.semichord / speed : 1);
 const UNIT = data.axis.semichord || data.axis.seconds ? " s" : "";
 const CLOCK = UNIT ? "t" : "τ";
-const ANGLE = `${data.coordinate} (deg)`;
 
 /** A period in the words of the page, with its frequency where that has a unit. */
 function periodWords(tau, speed) {
@@ -319,25 +331,26 @@ function drawMotion() {
   whole.time = whole.time.map((value) => value * second(chosen.speed));
   const cycle = chosen.settled < 0 ? null : motion(chosen.settled);
   const line = (name) => ({ color: colour(name), width: 1.5, shape: "spline", smoothing: 0.7 });
+  const { beside } = data;
   const trace = (key, name, more) => ({ x: whole.time, y: whole[key], mode: "lines", name: key,
     line: line(name), ...more });
   draw("plot-traces", [
-    trace("pitch", "line-exact", { hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>${data.coordinate} %{y:.5g}°<extra></extra>` }),
-    ...(data.heave ? [trace("heave", "line-exact", { yaxis: "y2",
-      hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>heave %{y:.5g}<extra></extra>` })] : []),
-  ], axis(UNIT ? "time (s)" : "time τ", { anchor: data.heave ? "y2" : "y" }),
-  axis(ANGLE, { domain: data.heave ? [0.54, 1] : [0, 1] }),
-  { yaxis2: axis("heave ξ = h/b", { domain: [0, 0.46], visible: data.heave }), margin: { l: 68, r: 12, t: 8, b: 44 },
+    trace("pitch", "line-exact", { hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>${data.coordinate} %{y:.5g}${MARK}<extra></extra>` }),
+    ...(beside ? [trace("beside", "line-exact", { yaxis: "y2",
+      hovertemplate: `${CLOCK} = %{x:.5g}${UNIT}<br>${beside.name} %{y:.5g}${beside.mark}<extra></extra>` })] : []),
+  ], axis(UNIT ? "time (s)" : "time τ", { anchor: beside ? "y2" : "y" }),
+  axis(COORDINATE, { domain: beside ? [0.54, 1] : [0, 1] }),
+  { yaxis2: axis(beside ? beside.label : "", { automargin: true, domain: [0, 0.46], visible: Boolean(beside) }), margin: { l: 68, r: 12, t: 8, b: 44 },
     shapes: cycle ? reach(cycle.pitch) : [] });
   const path = (values, width, opacity, name) => ({ x: values.pitch, y: values.moment, opacity,
     mode: "lines", name, line: { color: colour("line-exact"), width },
-    hovertemplate: "%{x:.5g}°<br>moment %{y:.5g}°<extra></extra>" });
+    hovertemplate: `%{x:.5g}${MARK}<br>${EFFORT} %{y:.5g}${MARK}<extra></extra>` });
   const paths = cycle
     ? [path(whole, 1, 0.45, "from the start"), path(cycle, 2.6, 1, "limit cycle")]
     : [path(whole, chosen.kind === "cell" ? 1.2 : 2.2, 1, "path")];
   const seen = (key) => (cycle ? { range: around(cycle[key]) } : {});
-  draw("plot-path", paths, axis(ANGLE, seen("pitch")),
-    axis("restoring moment (deg)", seen("moment")),
+  draw("plot-path", paths, axis(COORDINATE, seen("pitch")),
+    axis(RESTORING, seen("moment")),
     { showlegend: Boolean(cycle), margin: { l: 52, r: 12, t: 10, b: 44 } });
 }
 

@@ -1,7 +1,7 @@
 """Motions as a page keeps them: samples of an engine, thinned and coded in few bytes.
 
 A motion is a choice of an engine's own uniform samples; nothing is interpolated. Chosen are a few a
-period, every turn of pitch and heave, and the samples before and after each switch of the spring,
+period, every turn of both signals, and the samples before and after each switch of the spring,
 so that straight lines between them show the path of a piecewise-linear spring as it is.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import gzip
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,17 @@ from numpy.typing import NDArray
 from aeroflutter.model.lure import as_system
 from aeroflutter.motion.response import Initial, Response, SimulateOptions, simulate
 from aeroflutter.orbits.harmonic.moment import waveform
+from aeroflutter.results.unit import DEGREE, told
 from aeroflutter.springs import each, respond
 
 if TYPE_CHECKING:
+    from aeroflutter.model.elsewhere.placed import PlacedModel
+    from aeroflutter.model.family import SectionModel
     from aeroflutter.model.lure import AnySystem
     from aeroflutter.model.system import System
     from aeroflutter.springs import Springs
 
-__all__ = ["Motions", "harmonic_motion", "marched"]
+__all__ = ["Beside", "Motions", "beside", "harmonic_motion", "marched"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -37,6 +40,26 @@ LEVELS = 32767  # of the 16 bits of a sample
 FAR = 30.0  # times its start at which the trace of a divergent motion ends
 
 
+class Beside(NamedTuple):
+    """The state that is drawn below the coordinate of the first spring, and how it is told."""
+
+    state: str
+    name: str
+    label: str
+    mark: str = ""
+    factor: float = 1.0
+
+
+HEAVE = Beside("xi", "heave", "heave ξ = h/b")
+PITCH = Beside("alpha", "pitch", "pitch (deg)", DEGREE.mark, DEGREE.factor)
+
+
+def beside(model: SectionModel | PlacedModel) -> Beside | None:
+    """Heave, or pitch where the spring is in heave; None where the model has no such state."""
+    found = PITCH if model.names[0] == "heave" else HEAVE
+    return found if found.state in model.state_names else None
+
+
 def marched(
     system: AnySystem, spring: Springs, start: Initial, period: float, duration: float
 ) -> Response:
@@ -46,25 +69,28 @@ def marched(
 
 
 def harmonic_motion(
-    system: AnySystem, spring: Springs, Y: Complex, omega: float
+    system: AnySystem, spring: Springs, Y: Complex, omega: float, second: Beside | None = HEAVE
 ) -> tuple[Array, Array, Array, Array]:
-    """Time, pitch, heave and moment over one period of a motion given by its harmonics.
+    """Time, coordinate, what is beside it and moment over one period given by its harmonics.
 
     Parameters
     ----------
     system, spring
         The loop.
     Y
-        Harmonics 0 … H of y = Re Σ Y_k e^(jkωτ), radians; 0 and 1 for a describing function. Of
-        several springs (m, H+1), one row the coordinate of each; what is told is the first's.
+        Harmonics 0 … H of y = Re Σ Y_k e^(jkωτ), in the unit of the API; 0 and 1 for
+        a describing function. Of several springs (m, H+1), one row the coordinate of each; what is
+        told is the first's.
     omega
         Reduced frequency.
+    second
+        The state beside the coordinate.
 
     Returns
     -------
     arrays (m,)
-        Heave is the system's answer to harmonics 0 … H of the spring's moment; where the system
-        has a pole there, the one that goes with Y_k. NaN for a system without heave.
+        The state is the system's answer to harmonics 0 … H of the spring's moment; where the
+        system has a pole there, the one that goes with Y_k. NaN where there is no such state.
     """
     whole, every = as_system(system), np.atleast_2d(Y)
     count = every.shape[1]
@@ -77,13 +103,13 @@ def harmonic_motion(
     ]
     F = np.fft.rfft(moments)[:, :count] * (2.0 / samples)
     F[:, 0] *= 0.5
-    heave = np.full(samples, np.nan)
-    if "xi" in whole.state_names:
-        place = whole.state_names.index("xi")
-        heave = waveform(_states(whole, every, F, omega)[:, place], samples)
+    other = np.full(samples, np.nan)
+    if second is not None:
+        place = whole.state_names.index(second.state)
+        other = waveform(_states(whole, every, F, omega)[:, place], samples)
     time = np.linspace(0.0, 2.0 * np.pi / omega, samples + 1)
-    told = np.array([outputs[0], heave, moments[0]])
-    closed = told[:, np.arange(samples + 1) % samples]
+    drawn = np.array([outputs[0], other, moments[0]])
+    closed = drawn[:, np.arange(samples + 1) % samples]
     return time, closed[0], closed[1], closed[2]
 
 
@@ -99,8 +125,15 @@ def _states(system: System, Y: Complex, F: Complex, omega: float) -> Complex:
 
 @dataclass(eq=False)
 class Motions:
-    """The motions of a page, numbered in the order in which they are added."""
+    """The motions of a page, numbered in the order in which they are added.
 
+    Attributes
+    ----------
+    beside
+        The state that is drawn below the coordinate of the first spring.
+    """
+
+    beside: Beside | None = HEAVE
     headers: list[list[float]] = field(default_factory=list)
     parts: list[bytes] = field(default_factory=list)
 
@@ -109,25 +142,30 @@ class Motions:
         end = _departure(response.pitch) if divergent else response.time.size
         step = response.time[1] - response.time[0]
         every = EVERY_SMOOTH if response.engine == "smooth" else EVERY
-        shown = [one[:end] for one in (response.pitch, response.heave)]
+        other = np.full(response.time.size, np.nan)
+        if self.beside is not None:
+            other = response.states[:, response.state_names.index(self.beside.state)]
+        shown = [one[:end] for one in (response.pitch, other)]
         chosen = _chosen(shown, response.events[:, 0] / step, every)
-        return self.add(response.time, response.pitch, response.heave, response.moment, chosen)
+        return self.add(response.time, response.pitch, other, response.moment, chosen)
 
     def add(
-        self, time: Array, pitch: Array, heave: Array, moment: Array, chosen: NDArray[np.intp]
+        self, time: Array, pitch: Array, other: Array, moment: Array, chosen: NDArray[np.intp]
     ) -> int:
         """Add the chosen samples of a motion; its number is returned.
 
         Parameters
         ----------
-        time, pitch, heave, moment
-            Uniform samples: τ, radians, semi-chords, radians.
+        time, pitch, other, moment
+            Uniform samples: τ, the coordinate of the first spring, what is beside it, and the
+            moment of that spring; in the units of the API.
         chosen
             Places of the samples to keep, ascending, below 65 536.
         """
         header: list[float] = [chosen.size, float(time[1] - time[0])]
         part = [chosen.astype("<u2").tobytes()]
-        for values in (np.degrees(pitch), heave, np.degrees(moment)):
+        factor = 1.0 if self.beside is None else self.beside.factor
+        for values in (told(pitch), factor * other, told(moment)):
             kept = np.nan_to_num(values[chosen])
             unit = float(np.max(np.abs(kept))) / LEVELS or 1.0
             header.append(unit)
@@ -136,13 +174,13 @@ class Motions:
         self.parts.append(b"".join(part))
         return len(self.headers) - 1
 
-    def add_periodic(self, time: Array, pitch: Array, heave: Array, moment: Array) -> int:
+    def add_periodic(self, time: Array, pitch: Array, other: Array, moment: Array) -> int:
         """Add one period of a motion whose switches are not known: keep more of it."""
         chosen = np.unique(np.append(np.arange(0, time.size, 4), time.size - 1))
-        return self.add(time, pitch, heave, moment, chosen)
+        return self.add(time, pitch, other, moment, chosen)
 
     def coded(self) -> dict[str, Any]:
-        """Headers (count, spacing in τ, units of pitch, heave and moment), and the samples.
+        """Headers (count, spacing in τ, units of the three signals), and the samples.
 
         The samples are, motion by motion, `count` places (16 bits, unsigned) and three times
         `count` values (16 bits, signed, to be multiplied by their unit), little-endian, all of it
@@ -160,7 +198,7 @@ def _departure(pitch: Array) -> int:
 
 
 def _chosen(signals: list[Array], switches: Array, every: int) -> NDArray[np.intp]:
-    """Places kept of uniform samples of pitch and heave; a moment turns with pitch or at a switch.
+    """Places kept of uniform samples of two signals; a moment turns with the first or at a switch.
 
     One in `every`, or more where the motion turns more often than in a period of flutter; the ends,
     turns of either, and the samples on both sides of a switch.

@@ -35,14 +35,14 @@ async function loadMotions() {
   });
 }
 
-/** Samples of a motion: time, pitch (deg), heave and moment (deg), as plain arrays. */
+/** Samples of a motion as plain arrays: time, the coordinate of the spring, what is beside it, moment. */
 function motion(number) {
   const [count, step, ...units] = data.motions.headers[number];
   const view = new DataView(samples, starts[number], 8 * count);
   const column = (n, read) => Array.from({ length: count }, (_, i) => read(2 * (n * count + i)));
-  const [pitch, heave, moment] = units.map((unit, n) =>
+  const [pitch, beside, moment] = units.map((unit, n) =>
     column(n + 1, (at) => unit * view.getInt16(at, true)));
-  return { time: column(0, (at) => step * view.getUint16(at, true)), pitch, heave, moment };
+  return { time: column(0, (at) => step * view.getUint16(at, true)), pitch, beside, moment };
 }
 
 // ---------------------------------------------------------------- choosing a motion
@@ -58,7 +58,7 @@ function choosePoint(n, i) {
   cursor = { ...cursor, curve: n, point: i };
   choose({ kind: "point", x: curve.x[i], speed: curve.x[i], amplitude: curve.amplitude[i], motion: curve.motion + i,
     settled: -1, words: `${METHODS[curve.method]}, ${curve.stable[i] ? "stable" : "unstable"} ` +
-      `cycle at speed ${number(curve.x[i], 6)}: amplitude ${number(curve.amplitude[i])}°, ` +
+      `cycle at speed ${number(curve.x[i], 6)}${SPEED}: amplitude ${told(curve.amplitude[i])}, ` +
       `${periodWords(curve.period[i], curve.x[i])}.` });
 }
 
@@ -66,8 +66,8 @@ function chooseEvent(n) {
   const event = data.events[n];
   cursor.event = n;
   choose({ kind: "event", x: event.x, speed: event.x, amplitude: event.amplitude, motion: event.motion, settled: -1,
-    words: `${event.kind} at speed ${number(event.x, 7)}: amplitude ` +
-      `${number(event.amplitude)}°, ${periodWords(event.period, event.x)}.` });
+    words: `${event.kind} at speed ${number(event.x, 7)}${SPEED}: amplitude ` +
+      `${told(event.amplitude)}, ${periodWords(event.period, event.x)}.` });
 }
 
 function choose(what) {

@@ -17,6 +17,7 @@ from aeroflutter import __version__
 from aeroflutter.errors import InputError
 from aeroflutter.plots import meaning
 from aeroflutter.report.sketch import sketch
+from aeroflutter.results.unit import spoken_unit, start_unit, told_of
 
 if TYPE_CHECKING:
     from aeroflutter.case import Case
@@ -63,6 +64,11 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
     plotly : str
         From `plotly_source`; it is put in compressed, for it is by far the largest part.
     """
+    with told_of(case):
+        return _rendered(case, content, plotly)
+
+
+def _rendered(case: Case, content: Mapping[str, Any], plotly: str) -> str:
     text = {name: files(__package__).joinpath(name).read_text(encoding="utf-8") for name in _PARTS}
     library = _HINT + plotly
     packed = gzip.compress(library.encode(), 9, mtime=0)
@@ -76,7 +82,9 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
         script=script,
         plotly=base64.b64encode(packed).decode("ascii"),
         data=_json(drawn),
+        layout="three" if case.imported is None else "three modelled",
         sketch=_sketch(case),
+        made=_made(case),
         facts=_facts(content["facts"]),
         notes=_notes(content["notes"]),
         parameters=_facts((name, f"{value:g}") for name, value in content["section"].items()),
@@ -87,6 +95,9 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
         mapless="" if content["map"] else " hidden",
         what="section" if case.imported is None else "model",
         coordinate=escape(content["coordinate"]),
+        unit=spoken_unit().name,
+        effort=spoken_unit().effort,
+        start=escape(content["map"]["y"]["name"]) if content["map"] else "",
         modes=_modes(content["locus"]),
         period="period (s)" if {"semichord", "seconds"} & set(content["axis"]) else "period τ",
         counts=_counts(content["map"]["counts"]) if content["map"] else "",
@@ -94,14 +105,24 @@ def render(case: Case, content: Mapping[str, Any], plotly: str) -> str:
 
 
 def _sketch(case: Case) -> str:
-    """The section to scale, or what a model from a file is made of."""
+    """The section to scale; a model from a file has no shape."""
+    if case.imported is not None:
+        return ""
+    drawn = sketch(case.section, case.spring.kind, case.model().names[0])
+    said = "The section, to scale. Lengths in semi-chords b."
+    return f"<figure>{drawn}<figcaption>{said}</figcaption></figure>\n"
+
+
+def _made(case: Case) -> str:
+    """What a model from a file is made of."""
     if case.imported is None:
-        drawn = sketch(case.section, case.spring.kind, case.model().names[0])
-        return f"{drawn}<figcaption>The section, to scale. Lengths in semi-chords b.</figcaption>"
+        return ""
     model = case.model()
-    springs = ", ".join(model.names)
-    said = f"A model from a file: {len(model.state_names)} states, with springs in {springs}."
-    return f"<figcaption>{escape(said)}</figcaption>"
+    places = f"springs in {', '.join(model.names)}"
+    if len(model.names) == 1:
+        places = f"a spring in {model.names[0]}"
+    said = f"A model from a file: {len(model.state_names)} states, with {places}."
+    return f'<p class="hint">{escape(said)}</p>\n'
 
 
 _PARTS = ("page.html", "page.css", "figures.js", "page.js")
@@ -211,7 +232,7 @@ def _modes(locus: Mapping[str, Any]) -> str:
 
 
 def _words(grid: Mapping[str, Any]) -> str:
-    """The map as a list: at every pitch, from which airspeed to which motions end how."""
+    """The map as a list: at every start, from which airspeed to which motions end how."""
     speeds = [grid["x"]["scale"] * value for value in grid["x"]["values"]]
     items = []
     for j, pitch in enumerate(grid["y"]["values"]):
@@ -224,7 +245,7 @@ def _words(grid: Mapping[str, Any]) -> str:
                 )
                 runs.append(f"{names[start]} at {ends}")
                 start = i
-        items.append(f"<li>{pitch:.4g}°: {escape('; '.join(runs))}</li>")
+        items.append(f"<li>{pitch:.4g}{start_unit().mark}: {escape('; '.join(runs))}</li>")
     return "".join(reversed(items))
 
 
@@ -249,12 +270,13 @@ def _cell(value: Any) -> str:
 
 
 def _cells(content: Mapping[str, Any]) -> str:
-    """The map as a table: a row a pitch, the highest first; a letter a cell."""
+    """The map as a table: a row a start, the farthest first; a letter a cell."""
     grid = content["map"]
     letters = [LETTERS[name] for name in grid["states"]]
     values = (grid["x"]["scale"] * value for value in grid["x"]["values"])
     speeds = "".join(f'<th scope="col">{value:.4g}</th>' for value in values)
-    rows = [f'<tr><th scope="col">pitch (deg)</th>{speeds}</tr>']
+    head = escape(f"{grid['y']['name']} ({start_unit().name})")
+    rows = [f'<tr><th scope="col">{head}</th>{speeds}</tr>']
     for j in reversed(range(len(grid["y"]["values"]))):
         states = [column[j] for column in grid["state"]]
         cells = "".join(f"<td>{letters[s] if s >= 0 else '!'}</td>" for s in states)

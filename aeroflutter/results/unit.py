@@ -52,7 +52,15 @@ class Unit:
         """A heading or a label that speaks of degrees and U*, in this unit and by this name."""
         for star in ("U^*", "U*") if self.speed != "U*" else ():
             text = text.replace(star, self.speed)
-        return text if self.suffix else re.sub(r"\(deg\b", f"({self.name}", text)
+        if self.suffix:
+            return text
+        text = text.replace("restoring moment", f"restoring {self.effort}")
+        return re.sub(r"\(deg\b", f"({self.name}", text)
+
+    @property
+    def effort(self) -> str:
+        """What a spring does: it turns what is an angle, and pushes what is none."""
+        return "moment" if self.suffix else "force"
 
     def shown(self, fields: dict[str, Any]) -> dict[str, Any]:
         """Fields for people: without the degrees of what has none."""
