@@ -38,6 +38,7 @@ from aeroflutter.motion.response import STATES
 from aeroflutter.motion.swings import extremes
 from aeroflutter.orbits.cycles import CycleOptions, cycle_near, cycles_at, limit_cycles
 from aeroflutter.orbits.describing import DescribingOptions, describing_curve
+from aeroflutter.orbits.describing.several_curve import _slopes
 from aeroflutter.orbits.harmonic import (
     HarmonicBranch,
     HarmonicOptions,
@@ -685,3 +686,16 @@ def test_onset_of_two_springs_is_that_of_its_cycles() -> None:
     assert found.free is None
     assert any("nothing is proved free" in note for note in found.notes)
     assert found.lowest.cycle.speed == limit_cycles(family, springs, options).onset.cycle.speed
+
+
+def test_the_slope_of_a_curve_is_that_of_its_own_family() -> None:
+    """Two parabolas one after the other, and a point that a family shares with itself."""
+    A = np.linspace(1.0, 2.0, 41)
+    family = np.repeat([1, 2], 41)
+    amplitude, speed = np.concatenate((A, A)), np.concatenate((A**2, 5.0 - A**3))
+    found = _slopes(family, speed, amplitude)
+    inner = np.r_[1:40, 42:81]
+    assert found[inner] == pytest.approx(np.concatenate((2.0 * A, -3.0 * A**2))[inner], rel=1e-3)
+    turn = _slopes(np.ones(3, dtype=int), np.array([1.0, 2.0, 3.0]), np.array([1.0, 1.5, 1.0]))
+    assert np.isnan(turn[1])
+    assert turn[[0, 2]] == pytest.approx([2.0, -2.0])

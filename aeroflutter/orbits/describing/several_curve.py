@@ -216,6 +216,17 @@ def rules(balance: Balance, x: Array) -> Rules:
     return Rules(drift.real, others, bias_stable)
 
 
+def _slopes(family: NDArray[np.int64], speed: Array, amplitude: Array) -> Array:
+    """dU/dA along each family by differences; NaN where the amplitude stands still."""
+    slopes = np.full(speed.size, np.nan)
+    for number in np.unique(family):
+        own = family == number
+        if np.count_nonzero(own) > 1:
+            rise, run = np.gradient(speed[own]), np.gradient(amplitude[own])
+            slopes[own] = np.divide(rise, run, out=np.full(run.size, np.nan), where=run != 0.0)
+    return slopes
+
+
 def _arrays(
     points: Sequence[tuple[JointFamily, Array, Cycle]], options: DescribingOptions
 ) -> dict[str, Any]:
@@ -233,7 +244,7 @@ def _arrays(
     bias = np.array([cycle.bias for cycle in cycles])
     speed = np.array([cycle.speed for cycle in cycles])
     gains = [one.balance.springs[0].describing(c.amplitude, c.bias) for one, _, c in points]
-    slope = np.gradient(speed, amplitude) if len(points) > 1 else np.zeros(len(points))
+    family = np.array([cycle.family for cycle in cycles], dtype=np.int64)
     stable = np.array([cycle.stable for cycle in cycles], dtype=bool)
     spans = [one.balance.springs[0].span() for one, _, _ in points]
     return {
@@ -244,10 +255,10 @@ def _arrays(
         "k": np.array([cycle.omega for cycle in cycles]),
         "n_p": np.array([float(d.n_p) for d in gains]),
         "n_q": np.array([float(d.n_q) for d in gains]),
-        "family": np.array([cycle.family for cycle in cycles], dtype=np.int64),
+        "family": family,
         "stable": stable,
         "drift": np.array([one.drift for one in told]),
-        "slope": slope,
+        "slope": _slopes(family, speed, amplitude),
         "others": np.array([one.others for one in told], dtype=np.int64),
         "bias_stable": np.array([one.bias_stable for one in told], dtype=bool),
         "rules_agree": np.ones(len(points), dtype=bool),
