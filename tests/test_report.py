@@ -15,7 +15,7 @@ import pytest
 
 from aeroflutter.case import Case, load_case
 from aeroflutter.cli import main
-from aeroflutter.errors import ConvergenceError
+from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_point
 from aeroflutter.motion.response import STATES, Initial, SimulateOptions, simulate
 from aeroflutter.report import ReportOptions, analyse, gather, render
@@ -586,3 +586,11 @@ def test_the_policy_keeps_foreign_scripts_and_the_network_out(opened: Any) -> No
     refused = [entry["message"] for entry in opened.get_log("browser")]
     assert len(refused) >= 2
     assert all("Content Security Policy" in line for line in refused)
+
+
+def test_a_section_that_starts_from_a_state_is_refused_before_anything_is_computed() -> None:
+    steps: list[str] = []
+    case = load_case("run14", {"initial": {"state": [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]}})
+    with pytest.raises(InputError, match="leaves no room for a pitch"):
+        analyse(case, progress=steps.append)
+    assert steps == []

@@ -172,8 +172,11 @@ def analyse(
     Raises
     ------
     InputError
-        If the map that is asked for cannot be: speed ratios without a flutter speed, say.
+        If the map that is asked for cannot be: speed ratios without a flutter speed, say, or
+        motions of a section that start from a state.
     """
+    if case.imported is None and hasattr(case.initial, "state"):
+        raise InputError("initial.state: leaves no room for a pitch; give a motion instead")
     with told_of(case):
         return _analysed(case, options or ReportOptions(), executor, progress)
 
