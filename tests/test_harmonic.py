@@ -31,7 +31,7 @@ from aeroflutter.orbits.harmonic import (
 )
 from aeroflutter.orbits.harmonic.balance import Balance
 from aeroflutter.orbits.harmonic.moment import Answer, Sampled, answer, waveform
-from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Spring, Table, respond
+from aeroflutter.springs import Bilinear, Cubic, Freeplay, Hysteresis, Play, Spring, Table, respond
 
 SECTION = {name: SectionFamily(TypicalSection(omega_bar=name)) for name in (0.2, 0.8)}
 ONE = HarmonicOptions(harmonics=1)
@@ -428,3 +428,41 @@ def test_only_a_complex_pair_on_the_unit_circle_is_neimark_sacker(run: str, tori
         products.append(np.prod(1 - others[i] * others[j]).real)
     assert min(products) < -1e-4 < 1e-4 < max(products)
     assert sum(event.kind == "neimark-sacker" for event in branch.bifurcations) == tori
+
+
+@given(seed=st.integers(0, 10**6), slack=st.floats(0.1, 3.0))
+@settings(max_examples=30)
+def test_play_answers_as_the_loop_without_stops_that_it_is(seed: int, slack: float) -> None:
+    """Against memory carried round sample by sample; derivatives against differences."""
+    rng = np.random.default_rng(seed)
+    H = int(rng.integers(1, 9))
+    Y = (rng.standard_normal(H + 1) + 1j * rng.standard_normal(H + 1)) / np.arange(1, H + 2) ** 2
+    Y[0] = Y[0].real
+    law = Play(slack)
+    found = answer(law, Y)
+    sampled = Sampled(Y, law).moment(12)
+    assert found.moment(12) == pytest.approx(sampled, abs=2e-5)  # 2048 samples miss the extrema
+    ks, step = np.arange(H + 1), 1e-6
+    J, place = found.derivative(ks), int(rng.integers(H + 1))
+    if found.margin < 100 * step:
+        return
+    for column, change in ((place, step), (place + H + 1, 1j * step)):
+        if place == 0 and column:
+            continue  # the mean is real
+        shift = np.zeros(H + 1, dtype=complex)
+        shift[place] = change
+        ahead, behind = (answer(law, Y + s).moment(H + 1) for s in (shift, -shift))
+        by = (ahead - behind) / (2 * step)
+        assert np.concatenate((by.real, by.imag)) == pytest.approx(J[:, column], abs=1e-6)
+
+
+def test_multipliers_of_play_are_those_of_the_exact_cycle() -> None:
+    """Thirty-one harmonics leave 1e-3 of them."""
+    family = SectionFamily(TypicalSection(omega_bar=0.8))
+    law = Play(np.radians(1.0))
+    branch = harmonic_balance(family, law, HarmonicOptions(harmonics=31))
+    cycle = branch.cycles[len(branch.cycles) // 2]
+    near = cycle_near(family, law, cycle.Y, cycle.omega, cycle.speed)
+    sizes, exact = (np.sort(np.abs(one.multipliers))[::-1][:3] for one in (cycle, near))
+    assert sizes == pytest.approx(exact, rel=2e-3)
+    assert exact[0] > 1.05

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.orbits.harmonic import _kernel_segments as kernel
-from aeroflutter.springs import Hysteresis, PiecewiseLinear, Spring, respond
+from aeroflutter.springs import Hysteresis, PiecewiseLinear, Play, Spring, respond
 
 __all__ = ["Answer", "Held", "answer", "waveform"]
 
@@ -196,6 +196,50 @@ class Polynomial(Answer):
 
 
 @dataclass(frozen=True, eq=False)
+class Followed(Answer):
+    """The answer of play, whose output is the memory of a loop without stops: y less its moment."""
+
+    Y: Complex
+    loop: Answer
+
+    @property
+    def margin(self) -> float:  # type: ignore[override]
+        """As of the loop."""
+        return self.loop.margin
+
+    @property
+    def sequence(self) -> tuple[int, ...]:  # type: ignore[override]
+        """As of the loop."""
+        return self.loop.sequence
+
+    @property
+    def straight(self) -> bool:  # type: ignore[override]
+        """Whether the slack is never taken up."""
+        return self.loop.straight
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """As of the loop."""
+        return self.loop.extremes
+
+    @property
+    def _input(self) -> Polynomial:
+        return Polynomial(self.Y, (1.0,))
+
+    def slope(self, count: int) -> Complex:
+        """Fourier coefficients of one less the slope of the loop."""
+        return self._input.slope(count) - self.loop.slope(count)
+
+    def moment(self, count: int) -> Complex:
+        """Harmonics of y less those of the moment of the loop."""
+        return self._input.moment(count) - self.loop.moment(count)
+
+    def derivative(self, ks: NDArray[np.intp]) -> Real:
+        """∂(F_k)/∂(Y_l), see `Answer`."""
+        return self._input.derivative(ks) - self.loop.derivative(ks)
+
+
+@dataclass(frozen=True, eq=False)
 class Sampled(Answer):
     """The answer of a law known only by its values, memory carried round until it repeats."""
 
@@ -255,19 +299,23 @@ def answer(spring: Spring, Y: Complex) -> Answer:
     powers = spring.polynomial()
     if powers is not None:
         return Polynomial(Y, powers)
-    if not isinstance(spring, (Hysteresis, PiecewiseLinear)):
+    if not isinstance(spring, (Hysteresis, PiecewiseLinear, Play)):
         return Sampled(Y, spring)
     turns = kernel.extrema(Y, _samples(Y))
     if turns.size == 0:
         raise ConvergenceError("the motion has no extremum")
     if isinstance(spring, Hysteresis):
         rows = kernel.loop_segments(Y, turns, spring.v1, spring.v2, spring.h_low, spring.h_high)
+    elif isinstance(spring, Play):
+        half, far = 0.5 * spring.delta_v, 4.0 * (float(np.sum(np.abs(Y))) + spring.delta_v)
+        rows = kernel.loop_segments(Y, turns, half, -half, -far, far)
     else:
         p = spring.pieces()
         rows = kernel.static_segments(Y, turns, p.breaks, p.slopes, p.offsets)
     start, end, slopes, offsets, made, margin, turning = np.ascontiguousarray(rows.T)
     values = turning[np.isfinite(turning)]
-    return Segmented(Y, start, end, slopes, offsets, made, values, float(np.min(margin)))
+    found = Segmented(Y, start, end, slopes, offsets, made, values, float(np.min(margin)))
+    return Followed(Y, found) if isinstance(spring, Play) else found
 
 
 def waveform(Y: Complex, samples: int) -> Real:

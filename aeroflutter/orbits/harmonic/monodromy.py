@@ -17,7 +17,7 @@ multipliers ν of the half-period map followed by the reflection have the square
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from aeroflutter.model.lure import AnyFamily, LureSystem, as_family
 from aeroflutter.model.system import System
 from aeroflutter.orbits.harmonic.balance import Cycle
 from aeroflutter.orbits.harmonic.joint import monodromy
-from aeroflutter.orbits.harmonic.moment import Answer, Segmented, waveform
+from aeroflutter.orbits.harmonic.moment import Answer, Followed, Segmented, waveform
 
 __all__ = ["Multipliers", "multipliers"]
 
@@ -99,6 +99,7 @@ def multipliers(
     whole, fold = as_family(family), 2 if symmetric else 1
     # not `at`: a walk may look beyond the last sample before it knows that it ends there
     system = System(*whole.stack(cycle.speed), whole.names, whole.units, whole.state_names)
+    system, answers = _by_loops(system, answers)
     with np.errstate(over="ignore", invalid="ignore"):
         if len(answers) > 1:
             matrix = monodromy(system, cycle.omega, answers, fold)
@@ -136,6 +137,17 @@ def _by_segments(system: LureSystem, omega: float, answer: Segmented, fold: int)
         flow = expm(augmented * (angle / omega))
         total = flow[:n, :n] @ total + np.outer(flow[:n, n], memory)
     return total
+
+
+def _by_loops(system: System, answers: Sequence[Answer]) -> tuple[System, tuple[Answer, ...]]:
+    """The same loop with y less its output in place of play: a loop without stops, fed back."""
+    A, B, found = np.array(system.A), np.array(system.B), list(answers)
+    for i, one in enumerate(answers):
+        if isinstance(one, Followed):
+            A -= np.outer(B[:, i], system.C[i])
+            B[:, i] = -B[:, i]
+            found[i] = one.loop
+    return replace(system, A=A, B=B), tuple(found)
 
 
 def _by_steps(system: LureSystem, omega: float, answer: Answer, fold: int) -> Real:
