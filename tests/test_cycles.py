@@ -12,7 +12,7 @@ import pytest
 from marching import event_march
 
 from aeroflutter.case import load_case
-from aeroflutter.errors import InputError
+from aeroflutter.errors import ConvergenceError, InputError
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.lure import FixedFamily, LureFamily, SampledFamily, SectionFamily
 from aeroflutter.model.section import TypicalSection
@@ -21,7 +21,7 @@ from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.continuation import State
 from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
 from aeroflutter.orbits.cycles.leg import Leg, _change
-from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, Linear, Spring
+from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, Linear, Spring, Table
 
 CHUNG = 6.2851  # U*_L as Chung, He & Lee 2009 round it; their speeds are multiples of it
 PLAIN = CycleOptions(simulations=0, depth=0)
@@ -466,3 +466,64 @@ def test_a_corner_between_whose_sides_newton_never_comes_ends_the_search_for_it(
     before, after = _change(leg, *ends)
     assert count[0] > 20
     assert (before.x[0], after.x[0]) == (0.0, 1.0)
+
+
+# --- springs of many corners ----------------------------------------------------------------------
+
+
+def many_corners(count: int, reach: float = 3.0) -> Table:
+    """A gap whose edges are rounded off, in straight pieces."""
+    pitch = np.linspace(-reach, reach, count)
+    return Table(tuple(pitch), tuple(pitch - np.tanh(2.0 * pitch) / 2.0))
+
+
+def test_a_passage_may_meet_many_corners() -> None:
+    """The cycle that a motion ends on meets all 239 corners twice a period, and closes."""
+    flow = Flow(section().at(0.985 * cast(float, flutter_speed(section()))), (many_corners(241),))
+    cycle = end_state(flow, 0.3 * np.eye(flow.n)[0], 0.0).cycle
+    assert cycle is not None
+    z, period = cycle.z[0, : flow.n], float(cycle.period[0])
+    trace = flow.trace(z, period, 64)
+    assert len(trace.events) == 2 * 239
+    assert np.max(np.abs(trace.end - z)) < 1e-8 * np.max(np.abs(trace.states))
+    assert np.max(np.abs(flow.passage(z, period).end - z)) < 1e-8 * np.max(np.abs(trace.states))
+
+
+@pytest.mark.slow
+def test_a_cycle_over_many_corners_is_followed() -> None:
+    """It is on the family that begins at the fold, in one search."""
+    spring = many_corners(241)
+    found = limit_cycles(section(), spring, replace(QUICK, simulations=1, points=5))
+    assert len(found.families) == 1
+    large = found.families[0].cycles[-1]
+    assert large.amplitude > 10.0
+    assert large.switches == 2 * 239
+    assert misses(section(), spring, large) < 1e-7
+
+
+def test_an_end_that_cannot_be_followed_costs_no_family(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither where a motion ends nor where a family goes on: what was found is kept, and said."""
+
+    def lost(*_: object) -> None:
+        raise ConvergenceError("the motion switches too often")
+
+    spring, options = Hysteresis(1.0, 0.2), replace(QUICK, points=10, simulations=4)
+    whole = limit_cycles(section(), spring, replace(options, simulations=0))
+    monkeypatch.setattr("aeroflutter.orbits.cycles.search.mirrors", lost)
+    found = limit_cycles(section(), spring, options)
+    assert len(found.families) == len(whole.families)
+    assert len(found.families[0].cycles) == len(whole.families[0].cycles)
+    assert any("starts led to what does not close" in note for note in found.notes)
+
+    calls = [0]
+
+    def comes_back(self: Leg, old: object, new: object) -> bool:
+        calls[0] += 1
+        if calls[0] > 3:
+            lost()
+        return False
+
+    monkeypatch.setattr(Leg, "comes_back", comes_back)
+    short = limit_cycles(section(), spring, replace(options, simulations=0))
+    assert 3 <= len(short.families[0].cycles) < len(whole.families[0].cycles)
+    assert any("the motion switches too often" in note for note in short.notes)

@@ -153,6 +153,16 @@ def test_least_friction_is_just_enough() -> None:
     assert largest(answer.spring.delta_v) <= limit < largest(answer.spring.delta_v * 0.999)
 
 
+@pytest.mark.slow
+def test_least_friction_does_not_depend_on_the_friction_it_starts_from() -> None:
+    """From a hundred millionth of the gap as from a fifth: no corner of a thin loop ends it."""
+    limit, options = 0.5, replace(QUICK, points=10)
+    known = least_friction(SECTION, Hysteresis(0.2, 1.0), 0.86, limit, options)
+    thin = least_friction(SECTION, Hysteresis(1e-8, 1.0), 0.86, limit, options)
+    assert thin.spring.delta_v == pytest.approx(known.spring.delta_v, rel=1e-3)
+    assert thin.factor * 1e-8 == pytest.approx(thin.spring.delta_v)
+
+
 def test_tolerance_refuses_and_says_when_nothing_is_tolerable() -> None:
     with pytest.raises(ConvergenceError, match="no size is tolerable"):
         tolerance(SECTION, Hysteresis(1.0, 0.2), 1.0, 0.1, QUICK)

@@ -24,6 +24,7 @@ from aeroflutter.case import load_case
 from aeroflutter.linear.rootlocus import flutter_speed
 from aeroflutter.model.aerodynamics import QuasiSteady
 from aeroflutter.model.system import System
+from aeroflutter.motion._kernel_flow import DONE
 from aeroflutter.motion._kernel_settle import repeats
 from aeroflutter.motion.basins import Loop, absolutely_stable
 from aeroflutter.motion.endstates import EndOptions, end_state, end_states
@@ -490,3 +491,24 @@ def test_a_cubic_that_shrinks_at_every_size_is_damped():
                  zeta_xi=0.0002829619574536886)  # fmt: skip
     end = simulate(at(family, 0.4736), Cubic(1.0, 3.0), Initial(alpha=5.0), BRIEF)
     assert (end.state, end.rest) == ("damped", 0.0)
+
+
+# --- what a verdict costs -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiff", [1e2, 1e4, 1e6])
+def test_a_stiff_spring_costs_what_its_motion_does(stiff: float) -> None:
+    """Beside one wall the motion soon stays on the soft slope, which has long steps however stiff
+    the wall is; between two it hops from wall to wall, in two steps a hop at most."""
+    system = at(SECTION, 0.8)
+    start = Initial(alpha=np.radians(6.0)).vector(system)
+    wall = Bilinear(m0=0.0, m_f=stiff, alpha_f=np.radians(-0.5), delta=np.radians(1.0))
+    walls = table([-2, -1, 1, 2], [-1 - stiff, -1, 1, 1 + stiff])
+    for spring, hops in ((wall, 60), (walls, 20.0 * np.sqrt(stiff))):
+        flow = Flow(system, (spring,))
+        march = March(flow, flow.begin(start), events=100_000)
+        assert march.run(100.0) == DONE
+        assert len(march.events()) < hops
+        again = March(flow, flow.begin(start))
+        assert again.run(100.0, most=20 + 2 * len(march.events())) == DONE
+        assert end_state(flow, start, 0.0).state == "damped"

@@ -7,7 +7,7 @@ a motion first enters it, and kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -40,13 +40,15 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from aeroflutter.springs import Spring
+    from aeroflutter.springs.piece_table import PieceTable
 
 __all__ = ["Flow", "Matrices", "Passage", "Point", "Trace", "pieces_of"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-EVENTS = 400  # switches that a passage may have
+EVENTS = 400  # switches that a passage may have of springs with few corners
+LOOPS = 8  # over all corners, up and down, that it may have of those with many
 AT_ONCE = 16  # modes whose tables are made at once
 BESIDE = 8  # modes made together where there are more: motions go on to the next slope
 TOGETHER = 8  # flows whose tables are made at once: their work space stays in the cache
@@ -120,6 +122,11 @@ class Trace(NamedTuple):
     events: Array
     memories: Array
     moments: Array
+
+
+def most_switches(tables: Iterable[PieceTable]) -> int:
+    """Switches that a passage of springs with these pieces may have."""
+    return max(EVENTS, 2 * LOOPS * sum(table.modes for table in tables))
 
 
 class Flow:
@@ -305,6 +312,11 @@ class Flow:
         moved = modes_of(self.A + 1j * h * dA, self._pushes + 1j * h * inputs, C, slopes)
         return np.ascontiguousarray(moved.generators.imag / h)
 
+    @cached_property
+    def most(self) -> int:
+        """Switches that a passage may have."""
+        return most_switches(self.pieces)
+
     @property
     def inputs(self) -> int:
         """Number of constant inputs of a mode: one a spring, and one for a load."""
@@ -391,7 +403,7 @@ class Flow:
                 tangents[n + i, column] = 1.0
             elif row[FLOOR] < point.memory[i] < row[CEILING]:
                 tangents[n + i, :n] = self.C[i]
-        march = March(self, point, events=EVENTS, tangents=tangents)
+        march = March(self, point, events=self.most, tangents=tangents)
         status = march.run(duration)
         if status != kernel.DONE:
             raise ConvergenceError("the motion does not stay bounded and regular over a period")
@@ -429,7 +441,7 @@ class Flow:
         given[self.held] = z[self.n :]
         times: Array = np.arange(samples, dtype=np.float64) * (duration / samples)
         start = self.begin(z[: self.n], given)
-        march = March(self, start, times=times, events=EVENTS, turns=EVENTS)
+        march = March(self, start, times=times, events=self.most, turns=EVENTS)
         if march.run(duration) != kernel.DONE:
             raise ConvergenceError("the motion does not stay bounded and regular over a period")
         last = march.point()

@@ -10,7 +10,7 @@ import numpy as np
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.motion._kernel_taylor import EVENT_COLUMNS, FULL
 from aeroflutter.motion.chaos import _kernel_tangents as kernel
-from aeroflutter.motion.flow import EVENTS, Passage
+from aeroflutter.motion.flow import Passage, most_switches
 from aeroflutter.motion.smooth_laws import SmoothLoop, slope_law
 from aeroflutter.motion.smooth_steps import Limits, stepper_of
 
@@ -79,7 +79,8 @@ def passage(loop: SmoothLoop, z: Array, duration: float, rtol: float = RTOL) -> 
     else:
         rows, end = pieces.begin(z)
         tangents = pieces.tangents(end, z, z.size + 1)
-        time, _, events = _Series(pieces, duration).along(rows, end, tangents, EVENTS)
+        most = most_switches(pieces.tables)
+        time, _, events = _Series(pieces, duration).along(rows, end, tangents, most)
         if time < duration:
             raise ConvergenceError(IRREGULAR)
         rate = pieces.rate(rows, end, loop.rate(end))

@@ -59,7 +59,8 @@ _CLOSED = "the curve closes"
 LARGEST = "the amplitude has reached"
 _MANY = "cycles were followed"
 _NO_START = "the cycle could not be started from elsewhere"
-FAILURES = (STALLED, _MANY, _NO_START, NOT_ENTERED)
+_BROKEN = "what follows cannot be told"
+FAILURES = (STALLED, _MANY, _NO_START, _BROKEN, NOT_ENTERED)
 """Reasons for which a strand ends before its curve does."""
 
 
@@ -148,8 +149,12 @@ def follow(
     strand.add(leg, leg.walk.first)
     turned_at = -np.inf
     while not strand.stop:
-        q, along = _walk(leg, strand, options, watch)
-        corner = _corner(leg, strand) if strand.stop == STALLED else None
+        try:
+            q, along = _walk(leg, strand, options, watch)
+            corner = _corner(leg, strand) if strand.stop == STALLED else None
+        except ConvergenceError as error:
+            strand.stop = f"{_BROKEN}: {error}"
+            break
         if corner is not None and strand.end.at > turned_at + _BEYOND:
             strand.stop, (q, along), turned_at = "", corner, strand.end.at
         if len(strand.places) > options.max_states:

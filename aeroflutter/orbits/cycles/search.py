@@ -266,7 +266,11 @@ class Search:
         """The attracting cycles at a speed that so many motions end on."""
         states = starts(self.frame, speed, count, self._rng)
         for z, period in end_seeds(self.frame, speed, states):
-            about = mirrors(self.frame, z, period, speed) if self.frame.centre.odd else None
+            try:
+                about = mirrors(self.frame, z, period, speed) if self.frame.centre.odd else None
+            except ConvergenceError:  # it switches more often than can be followed
+                self._seeds, self._astray = self._seeds + 1, self._astray + 1
+                continue
             yield Seed(
                 z if about is None else about, period, speed, about is not None, "simulation"
             )

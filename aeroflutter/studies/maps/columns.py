@@ -14,7 +14,7 @@ from aeroflutter.motion._kernel_proofs import LCO
 from aeroflutter.motion._kernel_roots import ABOVE
 from aeroflutter.motion.closing import Closing, approach, norm, section_map
 from aeroflutter.motion.endstates import EndOptions
-from aeroflutter.motion.flow import EVENTS, Flow, Point
+from aeroflutter.motion.flow import Flow, Point
 from aeroflutter.motion.judge import Settling, no_cycles
 from aeroflutter.motion.march import March, workspace
 from aeroflutter.motion.reach import SLOW, contracts_within, next_gate, reach_of
@@ -265,7 +265,7 @@ def aim(
     n, period, gate = flow.n, float(cycles.period[j]), flow.pieces[0].modes - 2
     targets.lag[j] = 0
     start = flow.begin(cycles.z[j, :n], cycles.z[j, n:])
-    march, mode = March(flow, start, events=EVENTS if lag is None else 0), -1
+    march, mode = March(flow, start, events=flow.most if lag is None else 0), -1
     if lag is None:
         march.run(period)
         lag = _returns(march, int(start.modes[0]), gate)
