@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +20,14 @@ from aeroflutter.case.check import (
 )
 from aeroflutter.case.engineering import SECTION, SECTION_SI, Rule, clashes, convert, named
 from aeroflutter.case.flaps import build_flap
-from aeroflutter.case.imported import Imported, build_model
-from aeroflutter.case.model_keys import ModelInitial
 from aeroflutter.case.placed import PlacedSpring, build_springs, outputs, places, remembers
 from aeroflutter.errors import InputError
 from aeroflutter.model.aerodynamics import Aerodynamics, QuasiSteady, Wagner
 from aeroflutter.model.lure import SectionFamily
 from aeroflutter.model.section import Flap, FlapSI, TypicalSection
+
+if TYPE_CHECKING:
+    from aeroflutter.case.imported import Imported
 
 TOP_LEVEL = ("title", "section", "flap", "aerodynamics", "spring", "initial", "model")
 
@@ -95,6 +96,9 @@ def build(given: Mapping[str, Any], folder: Path) -> Built:
 
 def _with_model(given: Mapping[str, Any], title: Any, problems: list[str], folder: Path) -> Built:
     """A case whose model comes from a file."""
+    from aeroflutter.case.imported import build_model
+    from aeroflutter.case.model_keys import ModelInitial
+
     problems += [
         f"{name}: goes with a section; [model] stands in its place, remove one of the two"
         for name in ("section", "flap", "aerodynamics")

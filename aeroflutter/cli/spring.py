@@ -106,7 +106,7 @@ def _print(
     amplitude: np.ndarray,
     gains: Describing,
 ) -> None:
-    from aeroflutter.results.cycles import spring_words
+    from aeroflutter.results.words import spring_words
 
     say(case.title)
     words = spring_words(case.spring)

@@ -78,7 +78,8 @@ OF_CASE = {"size": "the case's own size", "gap": "the case's own gap", "friction
 
 
 def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless | None) -> None:
-    from aeroflutter.results.cycles import spring_record, spring_words
+    from aeroflutter.results.cycles import spring_record
+    from aeroflutter.results.words import spring_words
 
     say(case.title)
     _say_which(case, result)
@@ -113,7 +114,7 @@ def _print(case: Case, result: Tolerance, scale: Scale | None, proved: Harmless 
 
 def _say_which(case: Case, result: Tolerance) -> None:
     """What the spring is that varies."""
-    from aeroflutter.results.cycles import spring_words
+    from aeroflutter.results.words import spring_words
 
     which = result.which or 0
     own = spring_words(case.loop_springs[which])
@@ -125,7 +126,7 @@ def _say_which(case: Case, result: Tolerance) -> None:
 
 def _proved(proved: Harmless, result: Tolerance, scale: Scale | None) -> str:
     """From which size on nothing oscillates at all."""
-    from aeroflutter.results.cycles import spring_words
+    from aeroflutter.results.words import spring_words
 
     how = "by proof" if proved.certified else "as far as samples go"
     said = f"{how}, nothing at all oscillates at {_at(result.speed, result, scale)} with"

@@ -48,7 +48,7 @@ def validate(
 
 def _facts(case: Case) -> dict[str, Any]:
     from aeroflutter.case.engineering import converted
-    from aeroflutter.results.cycles import spring_words
+    from aeroflutter.results.words import spring_words
 
     facts: dict[str, Any] = {"title": case.title}
     facts |= _section(case) if case.imported is None else _model(case.imported)

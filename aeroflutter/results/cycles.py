@@ -23,7 +23,7 @@ from aeroflutter.results.schema import (
     within,
 )  # fmt: skip
 from aeroflutter.results.swings import SWINGS, swing_lists
-from aeroflutter.results.unit import spoken_unit, told
+from aeroflutter.results.unit import told
 
 if TYPE_CHECKING:
     from aeroflutter.guarantees import Guarantees
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from aeroflutter.orbits.harmonic import HarmonicBranch, HarmonicOnset
     from aeroflutter.springs import Spring
 
-__all__ = ["LAYOUTS", "Branches", "Proved", "guarantee_fields", "spring_record", "spring_words"]
+__all__ = ["LAYOUTS", "Branches", "Proved", "guarantee_fields", "spring_record"]
 
 # Describing functions: the curve, the same with what is proved of it, the loop at one speed
 
@@ -310,18 +310,6 @@ def spring_record(spring: Spring | None) -> dict[str, Any] | None:
         field = FIELDS.get(name, Field(""))
         found[name + field.kind.told.suffix] = in_files(getattr(spring, entry.name), field)
     return found
-
-
-def spring_words(spring: Spring | None) -> str:
-    """Friction and gap of a loop in words, since delta_v is twice the friction; else nothing."""
-    if spring is None or spring.kind != "hysteresis":
-        return ""
-    height, width = told(spring.delta_v), told(spring.delta_h)  # type: ignore[attr-defined]
-    unit = spoken_unit().name
-    return (
-        f"friction ± {height / 2:.6g} {unit} (delta_v = {height:.6g} {unit}, twice the friction), "
-        f"gap {width:.6g} {unit} (delta_h)"
-    )
 
 
 def _half_height(spring: Spring | None) -> float | None:
