@@ -24,14 +24,14 @@ COMMANDS = (
     "df run14",
     "loop run14 --speed-ratio 0.95",
     "hb run14",
-    "simulate run14",
-    "simulate run103",
+    "simulate run14 --speed-ratio 0.94",
+    "simulate run103 --speed-ratio 0.8",
     "chaos freeplay-02 --speed-ratio 0.3",
-    "sweep run14",
+    "sweep run14 --sample 10 --seed 1 --vary section.mu=normal(100,5)",
     "map run14",
     "lco run14",
     "lco run103",
-    "tolerance run14 --vary size",
+    "tolerance run14 --vary size --speed-ratio 0.95 --amplitude-deg 2",
 )
 ANSWERED = (0, 3)
 """Exit codes of commands that did their work."""
@@ -54,12 +54,12 @@ def cpu_of(checkout: Path, command: str, folder: str) -> float:
 def main(before: str, after: str, rounds: str = "5") -> None:
     """Both in turn, command by command."""
     sides = [Path(before).resolve(), Path(after).resolve()]
-    print(f"{'CPU seconds, medians':<38}{'before':>9}{'after':>9}{'ratio':>8}")
+    print(f"{'CPU seconds, medians':<66}{'before':>9}{'after':>9}{'ratio':>8}")
     with tempfile.TemporaryDirectory() as folder:
         for command in COMMANDS:
             found = [[cpu_of(s, command, folder) for s in sides] for _ in range(int(rounds) + 1)]
             old, new = (median(side) for side in zip(*found[1:], strict=True))
-            print(f"{command:<38}{old:>9.3f}{new:>9.3f}{new / old:>8.2f}", flush=True)
+            print(f"{command:<66}{old:>9.3f}{new:>9.3f}{new / old:>8.2f}", flush=True)
 
 
 if __name__ == "__main__":
