@@ -235,7 +235,8 @@ def bordered(A: Real, B: Real, C: Real, s: Complex) -> Complex:
     n, m = B.shape[-2:]
     shape = np.broadcast_shapes(A.shape[:-2], s.shape)
     matrix = np.zeros((*shape, n + m, n + m), dtype=complex)
-    matrix[..., :n, :n] = s[..., None, None] * np.eye(n) - A
+    matrix[..., :n, :n] = -A
+    matrix[..., np.arange(n), np.arange(n)] += s[..., None]
     matrix[..., :n, n:] = B
     matrix[..., n:, :n] = C
     return matrix

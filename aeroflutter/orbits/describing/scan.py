@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from aeroflutter.model.lure import LureFamily, inverse_transfer
 from aeroflutter.orbits.describing.balance import AMPLITUDE, FREQUENCY, SPEED, Balance
 from aeroflutter.orbits.describing.coalescence import Coalescence
+from aeroflutter.orbits.describing.secular import closed_roots
 
 __all__ = ["Paths", "candidates", "distinct", "scan", "static_paths"]
 
@@ -24,6 +25,8 @@ Complex = NDArray[np.complex128]
 Index = NDArray[np.intp]
 
 _ZERO = 1e-12  # mean balance, in units of the spring's scale, that counts as zero
+_MANY = 16  # states, from which roots of many N at a speed are cheaper found together
+_REPAYS = 4  # N a speed, likewise
 _SAME = 1e-7  # distance in the unknowns below which two cycles are one
 
 
@@ -45,6 +48,10 @@ class Paths:
 
 def closed_eigenvalues(family: LureFamily, speed: Array, n_p: Array, n_q: Array) -> Complex:
     """Eigenvalues of A - N b c, shape (m, n); real arithmetic where N is real."""
+    if np.any(n_q) and family.c.size >= _MANY and speed.size:
+        own, group = np.unique(speed, return_inverse=True)
+        if speed.size >= _REPAYS * own.size:
+            return closed_roots(*family.stack(own), family.c, group, n_p + 1j * n_q)
     A, b = family.stack(speed)
     N = n_p + 1j * n_q if np.any(n_q) else n_p
     closed = A - N[:, None, None] * b[:, :, None] * family.c
