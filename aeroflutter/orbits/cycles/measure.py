@@ -153,8 +153,9 @@ def _top(shooting: Shooting, z: Array, trace: Trace, period: float, phase: Phase
 
 def switches_of(loop: Loop, trace: Trace) -> int:
     """Number of switches; none where a memory hardly moves: round-off can touch a stop."""
-    moves = np.ptp(trace.memories, axis=0) > _MOVED * loop.scales
-    moves[np.setdiff1d(np.arange(moves.size), loop.held)] = True
+    moves = np.ones(trace.memories.shape[1], dtype=bool)  # friction has a column of its own
+    held = loop.held
+    moves[held] = np.ptp(trace.memories[:, held], axis=0) > _MOVED * loop.scales[held]
     return int(np.count_nonzero(moves[trace.events[:, 5].astype(int)]))
 
 

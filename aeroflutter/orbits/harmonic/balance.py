@@ -214,7 +214,8 @@ class Balance:
         if self.symmetric:
             ks = ks[ks % 2 == 1]
         stiffness = inverse_transfer(*self._matrices(cycle.speed), 1j * ks * cycle.omega)
-        stiffness = stiffness + np.diag([one.slope(1)[0] for one in given])
+        own = np.array([one.stiffness(ks) for one in given])
+        stiffness = stiffness + np.eye(len(given)) * own.T[:, :, None]
         moments = np.array([one.moment(top + 1)[ks] for one in given])
         return ks, np.asarray(-np.linalg.solve(stiffness, moments.T[:, :, None])[..., 0])
 

@@ -108,7 +108,7 @@ def harmonic_families(
                     family, spring, start, options, symmetric=symmetric, number=number
                 )
         except ConvergenceError as error:
-            failures.append(f"family {number}: {error}")
+            failures.append(f"family {number}: {str(error).partition(' near x = ')[0]}")
             continue
         found.append(branch)
         if len(found) == most:
@@ -296,11 +296,11 @@ def _follow(
     *,
     endless: bool,
 ) -> Curve:
-    """The curve through a start, which is first corrected at its own amplitude."""
+    """The curve through a start."""
     unit = flutter or balance.family.search_range[1]
     low, high = (value / unit for value in balance.family.search_range)
     low, high = max(low, options.speed_ratio_range[0]), min(high, options.speed_ratio_range[1])
-    x, _ = correct(balance, balance.pack(start), np.eye(balance.unknowns)[AMPLITUDE], _NEWTON)
+    x = _started(balance, start)
     n = balance.unknowns
     lowest, highest, scale = np.full(n, -np.inf), np.full(n, np.inf), np.ones(n)
     size, first = balance.spring.scale, float(np.exp(x[AMPLITUDE]))
@@ -321,6 +321,15 @@ def _follow(
     )
     tests = test_functions(stability.spectrum) if stability else {}
     return follow(balance, x, walking, tests, np.inf if endless else options.tolerance)
+
+
+def _started(balance: Balance, start: Cycle) -> Real:
+    """A start corrected at its own amplitude; at its speed where the curve turns in that."""
+    x, unit = balance.pack(start), np.eye(balance.unknowns)
+    try:
+        return correct(balance, x, unit[AMPLITUDE], _NEWTON)[0]
+    except ConvergenceError:
+        return correct(balance, x, unit[SPEED], _NEWTON)[0]
 
 
 def _more(count: int, truncation: float, options: HarmonicOptions) -> int:
@@ -365,7 +374,11 @@ def _contains(
     fixed = np.eye(balance.unknowns)[AMPLITUDE]
     x, _ = correct(balance, balance.pack(start), fixed, _NEWTON)
     points = np.array([balance.pack(cycle) for cycle in branch.cycles])
-    i = int(np.argmin(np.linalg.norm(points - x, axis=1)))
+    away = np.linalg.norm(points - x, axis=1)
+    i = int(np.argmin(away))
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1).max(initial=0.0)
+    if away[i] > 2.0 * step:  # Newton's method may come from afar to another branch
+        return False
     near, _ = correct(balance, _at_amplitude(points, i, x[AMPLITUDE]), fixed, _NEWTON)
     return bool(np.max(np.abs(near - x)) < 1e-6)
 

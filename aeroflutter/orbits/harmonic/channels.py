@@ -104,6 +104,10 @@ class Together(Answer):
         """The sum of their slopes."""
         return np.asarray(self._sum([part.slope(count) for part in self.parts]))
 
+    def stiffness(self, ks: NDArray[np.intp]) -> Complex:
+        """The sum of their stiffnesses."""
+        return np.asarray(self._sum([part.stiffness(ks) for part in self.parts]))
+
     def derivative(self, ks: NDArray[np.intp]) -> Real:
         """The sum of their derivatives."""
         return np.asarray(self._sum([part.derivative(ks) for part in self.parts]))

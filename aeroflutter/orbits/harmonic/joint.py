@@ -3,7 +3,10 @@
 A perturbation (v, δh) of the cycle obeys v' = A v - Σ b_i (p_i(θ) c_i v - δh_i), δh_i being kept
 while the memory of spring i is held, made anew at an extremum of its y, and none while its slider
 moves or lies at a stop. Between the changes of all springs the slopes of those of straight pieces
-are constant; where no other kind is there the product of exponentials is exact.
+are constant; where no other kind is there the product of exponentials is exact. Where a law jumps
+by J as g x passes a level, the time at which it does moves with v (Aizerman & Gantmakher 1958):
+
+    v⁺ = v⁻ - b J (g v⁻)/(g x'⁻).
 """
 
 from __future__ import annotations
@@ -17,13 +20,14 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from aeroflutter.model.system import System
-from aeroflutter.orbits.harmonic.moment import Answer, Segmented
+from aeroflutter.orbits.harmonic.moment import Answer, Segmented, Switched
 
 __all__ = ["monodromy"]
 
 Real = NDArray[np.float64]
 
 _HIGHEST = 512  # harmonics of the slope of a law known by its values
+_TAIL = 256  # further harmonics of a motion whose springs jump
 _STEPS = (64, 4096)  # fewest and most steps a period where a slope is smooth
 _CLOSE = 1e-8  # change of the product, relative to it, at which there are enough
 _GAUSS = 0.5 - np.sqrt(3) / 6
@@ -38,6 +42,35 @@ class _Piecewise:
     start: Real
     slopes: Real
     made: Real
+    jumps: Switched | None = None
+
+    @classmethod
+    def of(cls, one: Answer) -> _Piecewise | None:
+        """Those of an answer, if it has such."""
+        if isinstance(one, Segmented):
+            return cls(one.start, one.slopes, one.made)
+        if isinstance(one, Switched):
+            slopes = np.full(one.start.size, one.beta)
+            return cls(one.start, slopes, np.full(one.start.size, np.nan), one)
+        return None
+
+    def jump(self, theta: float) -> int:
+        """Number of the jump at an angle, -1 if there is none."""
+        if self.jumps is None or self.jumps.straight:
+            return -1
+        away = np.abs((self.start - theta + 0.5) % _TURN - 0.5)
+        return int(np.argmin(away)) if away.min() < _ROUND_OFF else -1
+
+    def kick(self, system: System, i: int, theta: float, rates: Real | None) -> Real:
+        """What a jump of spring i at an angle makes of v, (n, n); the unit matrix without one.
+
+        `rates` are those with which q passes its level at the jumps, just before them.
+        """
+        law, unit, at = self.jumps, np.eye(system.order), self.jump(theta)
+        if law is None or rates is None or at < 0:
+            return unit
+        g = _passing(system, i, law)
+        return np.asarray(unit - np.outer(system.B[:, i] * law.jumps[at], g) / rates[at])
 
     def at(self, theta: float) -> int:
         """The segment at an angle."""
@@ -64,27 +97,35 @@ def monodromy(system: System, omega: float, answers: Sequence[Answer], fold: int
     array (n+m, n+m)
         Memories that are none, or are erased on the way, give zero eigenvalues.
     """
-    pieces = [
-        _Piecewise(one.start, one.slopes, one.made) if isinstance(one, Segmented) else None
-        for one in answers
-    ]
-    window = _TURN / fold
-    places = [part.start % _TURN for part in pieces if part is not None]
-    inside = np.concatenate([np.zeros(0), *places])
-    inside = np.unique(np.concatenate(([0.0, window], inside[inside < window])))
-    angles = inside[np.concatenate(([True], np.diff(inside) > 0.0))]
+    pieces = [_Piecewise.of(one) for one in answers]
+    angles = _changes(pieces, fold)
+    rates = _rates(system, omega, answers)
     if all(part is not None for part in pieces):
-        return _product(system, omega, pieces, angles, None, 1)
+        return _product(system, omega, pieces, angles, None, 1, rates)
     slopes = [_slope(one) for one in answers]
     steps = _STEPS[0]
-    coarse = _product(system, omega, pieces, angles, slopes, steps)
+    coarse = _product(system, omega, pieces, angles, slopes, steps, rates)
     while True:
-        fine = _product(system, omega, pieces, angles, slopes, 2 * steps)
+        fine = _product(system, omega, pieces, angles, slopes, 2 * steps, rates)
         close = np.max(np.abs(fine - coarse)) <= 15 * _CLOSE * np.max(np.abs(fine))
         steps *= 2
         if close or steps >= _STEPS[1]:
             return np.asarray(fine + (fine - coarse) / 15)
         coarse = fine
+
+
+def _passing(system: System, i: int, law: Switched) -> Real:
+    """g of what passes a level at the jumps of spring i, (n,): y or y'."""
+    return np.asarray(system.C[i] @ system.A if law.order == 1 else system.C[i])
+
+
+def _changes(pieces: Sequence[_Piecewise | None], fold: int) -> Real:
+    """Angles at which some law changes, from 0 to the end of a period (over `fold`)."""
+    window = _TURN / fold
+    places = [part.start % _TURN for part in pieces if part is not None]
+    inside = np.concatenate([np.zeros(0), *places])
+    inside = np.unique(np.concatenate(([0.0, window], inside[inside < window])))
+    return np.asarray(inside[np.concatenate(([True], np.diff(inside) > 0.0))])
 
 
 def _slope(one: Answer) -> Callable[[Real], Real]:
@@ -103,6 +144,7 @@ def _product(
     angles: Real,
     smooth: Sequence[Callable[[Real], Real]] | None,
     steps: int,
+    rates: Sequence[Real | None],
 ) -> Real:
     n, m = system.B.shape
     total = np.eye(n + m)
@@ -112,6 +154,7 @@ def _product(
             if part is None:
                 total[n + i] = 0.0
                 continue
+            total[:n] = part.kick(system, i, begin, rates[i]) @ total[:n]
             at = part.at(0.5 * (begin + end))
             slopes[i], made = part.slopes[at], part.made[at]
             if np.isnan(made):
@@ -129,6 +172,32 @@ def _product(
             flow = _magnus(system, slopes, held, pieces, smooth, begin, end, omega, count)
         total = flow @ total
     return total
+
+
+def _rates(system: System, omega: float, answers: Sequence[Answer]) -> list[Real | None]:
+    """dq/dt just before the jumps of every spring that has some.
+
+    Where F jumps the series of q' converges as slowly as 1/k. So the harmonics that were left out
+    are put back, as the springs drive them, and what is left of the slowest of them, summed.
+    """
+    found: list[Real | None] = [None] * len(answers)
+    if not any(isinstance(one, Switched) and not one.straight for one in answers):
+        return found
+    first, last = answers[0].Y.size, answers[0].Y.size + _TAIL
+    ks = np.arange(first, last)
+    F = np.array([one.moment(last)[ks] for one in answers])
+    s = 1j * ks * omega
+    resolvents = s[:, None, None] * np.eye(system.order) - system.A
+    x = np.linalg.solve(resolvents, -(system.B @ F).T[..., None])
+    for i, one in enumerate(answers):
+        if not isinstance(one, Switched) or one.straight:
+            continue
+        g, b = _passing(system, i, one), system.B[:, i]
+        tail = (np.exp(1j * np.outer(one.start, ks)) @ (s * (x[..., 0] @ g))).real
+        tail += one.jumps * (g @ system.A @ b) / (np.pi * omega * (last - 0.5))
+        # a series goes through the middle of what jumps
+        found[i] = one.rates * omega ** (one.order + 1) + tail + 0.5 * (g @ b) * one.jumps
+    return found
 
 
 def _generator(system: System, slopes: Real, held: Real) -> Real:

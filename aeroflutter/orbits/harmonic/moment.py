@@ -11,8 +11,10 @@ flat, the memory is h = y(θ_r) - V, and it is kept until the slider moves again
 Piecewise-linear laws are integrated segment by segment in closed form. Sampling them instead, as
 the alternating frequency-time method does, leaves an error that falls only with the square of the
 number of samples (the moment has kinks) and a Jacobian that jumps whenever a kink passes a sample.
-Polynomial laws are sampled finely enough for no harmonic to alias, which is exact too. Any other
-law is sampled, with the Jacobian by differences.
+Polynomial laws are sampled finely enough for no harmonic to alias, which is exact too. Where a law
+jumps by J as q passes a level at θ_s, q being y (relay) or y' (friction), the linearised answer is
+that the jump moves, δF(θ) = J/q'(θ_s) δq(θ_s) δ(θ - θ_s). Any other law is sampled, with the
+Jacobian by differences.
 """
 
 from __future__ import annotations
@@ -25,9 +27,17 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.orbits.harmonic import _kernel_segments as kernel
-from aeroflutter.springs import Hysteresis, PiecewiseLinear, Play, Spring, respond
+from aeroflutter.springs import (
+    Friction,
+    Hysteresis,
+    PiecewiseLinear,
+    Play,
+    Relay,
+    Spring,
+    respond,
+)
 
-__all__ = ["Answer", "Held", "answer", "waveform"]
+__all__ = ["Answer", "Held", "Switched", "answer", "waveform"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -76,6 +86,10 @@ class Answer(ABC):
 
     @abstractmethod
     def slope(self, count: int) -> Complex: ...
+
+    def stiffness(self, ks: NDArray[np.intp]) -> Complex:
+        """What the answer adds to the stiffness against each harmonic alone, (k,)."""
+        return np.full(ks.size, self.slope(1)[0])
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -240,6 +254,119 @@ class Followed(Answer):
 
 
 @dataclass(frozen=True, eq=False)
+class Switched(Answer):
+    """The answer of a law that jumps: β y, and a constant between two jumps.
+
+    Attributes
+    ----------
+    start, values
+        Where stretches begin on which the rest of F is constant: at the jumps, if there are any,
+        and what it is there, (r,).
+    jumps, levels
+        By how much it jumps there, and the level that is passed, (r,).
+    order, rates
+        Whether y (0) or y' (1) passes it, and the derivative of that, (r,).
+    beta
+        Slope of what does not jump.
+    """
+
+    Y: Complex
+    start: Real
+    values: Real
+    jumps: Real
+    levels: Real
+    order: int
+    rates: Real
+    beta: float
+    margin: float
+
+    @property
+    def at(self) -> Real:
+        """Where it jumps, (r,)."""
+        return self.start[self.jumps != 0.0]
+
+    @property
+    def sequence(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The number of jumps."""
+        return (self.at.size,)
+
+    @property
+    def straight(self) -> bool:  # type: ignore[override]
+        """Whether it never jumps."""
+        return self.at.size == 0
+
+    def moment(self, count: int) -> Complex:
+        """Harmonics of the moment, in closed form."""
+        end = np.append(self.start[1:], self.start[0] + 2 * np.pi)
+        F = 2.0 * kernel.series(self.start, end, self.values, count)
+        F[0] = 0.5 * F[0].real
+        common = min(count, self.Y.size)
+        F[:common] += self.beta * self.Y[:common]
+        return F
+
+    def slope(self, count: int) -> Complex:
+        """Fourier coefficients of the slope: of what jumps with y, one impulse a jump."""
+        P = np.zeros(count, dtype=complex)
+        if self.order == 0:
+            P += self.weights @ np.exp(-1j * np.outer(self.at, np.arange(count))) / (2 * np.pi)
+        P[0] += self.beta
+        return P
+
+    def stiffness(self, ks: NDArray[np.intp]) -> Complex:
+        """That of the slope's mean; what jumps with y' damps."""
+        mean = np.full(ks.size, self.slope(1)[0])
+        return mean + 1j * ks * float(self.weights.sum()) / (2 * np.pi) * self.order
+
+    def derivative(self, ks: NDArray[np.intp]) -> Real:
+        """∂(F_k)/∂(Y_l): what jumps moves with q at the jumps alone."""
+        phases = np.exp(-1j * np.outer(ks, self.at))
+        answered = phases * (self.weights / np.pi)
+        if ks[0] == 0:
+            answered[0] *= 0.5
+        moved = (1j * ks) ** self.order * np.conj(phases.T)
+        moved = np.hstack((moved.real, -moved.imag))
+        J = np.vstack((answered.real, answered.imag)) @ moved
+        return J + self.beta * np.eye(2 * ks.size)
+
+    @property
+    def weights(self) -> Real:
+        """J/q' of every jump, (r,)."""
+        return (self.jumps / self.rates)[self.jumps != 0.0]
+
+
+def _of_relay(spring: Relay, Y: Complex, turns: Real) -> Switched:
+    """The answer of a relay: between its edges it stays on the side that it was on."""
+    half = 0.5 * spring.width
+    breaks, sides = ([0.0], [-1.0, 1.0]) if half == 0.0 else ([-half, half], [-1.0, 0.0, 1.0])
+    rows = kernel.static_segments(
+        Y, turns, np.array(breaks), np.zeros(len(sides)), np.array(sides)
+    )
+    start, _, _, side, _, margin, _ = np.ascontiguousarray(rows.T)
+    known = np.flatnonzero(side)
+    if known.size == 0:  # it never leaves the space between its edges
+        known, side[0] = np.zeros(1, dtype=np.intp), spring.initial_memory(waveform(Y, 64)[0])
+    last = known[np.searchsorted(known, np.arange(side.size), side="right") - 1]
+    values = spring.level * side[last]
+    jumps = values - np.roll(values, 1)
+    begins = np.flatnonzero(jumps) if np.any(jumps) else np.zeros(1, dtype=np.intp)
+    start, values, jumps = start[begins], values[begins], jumps[begins]
+    rates = np.array([kernel.value(Y, float(theta))[1] for theta in start])
+    levels = half * np.sign(jumps)
+    return Switched(Y, start, values, jumps, levels, 0, rates, 0.0, float(margin.min()))
+
+
+def _of_friction(spring: Friction, Y: Complex, turns: Real) -> Switched:
+    """The answer of friction: it jumps where the motion turns, and never sticks."""
+    y, _, bends = np.array([kernel.value(Y, float(theta)) for theta in turns]).T
+    legs = np.roll(y, -1) - y
+    values = spring.friction * np.sign(legs)
+    jumps, margin = values - np.roll(values, 1), float(np.abs(legs).min())
+    return Switched(
+        Y, turns, values, jumps, np.zeros(turns.size), 1, bends, spring.beta1, margin
+    )
+
+
+@dataclass(frozen=True, eq=False)
 class Sampled(Answer):
     """The answer of a law known only by its values, memory carried round until it repeats."""
 
@@ -299,11 +426,17 @@ def answer(spring: Spring, Y: Complex) -> Answer:
     powers = spring.polynomial()
     if powers is not None:
         return Polynomial(Y, powers)
-    if not isinstance(spring, (Hysteresis, PiecewiseLinear, Play)):
+    if not np.all(np.isfinite(Y)):
+        raise ConvergenceError("the motion leaves all bounds")
+    if not isinstance(spring, (Friction, Hysteresis, PiecewiseLinear, Play, Relay)):
         return Sampled(Y, spring)
     turns = kernel.extrema(Y, _samples(Y))
     if turns.size == 0:
         raise ConvergenceError("the motion has no extremum")
+    if isinstance(spring, Relay):
+        return _of_relay(spring, Y, turns)
+    if isinstance(spring, Friction):
+        return _of_friction(spring, Y, turns)
     if isinstance(spring, Hysteresis):
         rows = kernel.loop_segments(Y, turns, spring.v1, spring.v2, spring.h_low, spring.h_high)
     elif isinstance(spring, Play):

@@ -5,7 +5,8 @@ A perturbation v of the cycle obeys v' = A v - b δF with the linearised answer 
     δF = p(θ) c v - δh,        δh = c v(θ_r) while the memory made at θ_r is held, else 0.
 
 Where the spring has straight pieces the slope p is constant on each segment of the cycle, so the
-monodromy is a product of matrix exponentials and has no error of its own. Else p is a smooth
+monodromy is a product of matrix exponentials and has no error of its own; so is that of a law that
+jumps, with what the jumps do to v between them (`joint`). Else p is a smooth
 function of θ, and the product is Magnus's of the fourth order (Iserles & Nørsett 1999, with two
 Gauss points a step), extrapolated once. What is left is the error of the cycle itself, and the
 trivial multiplier, which only the exact cycle has at one, tells it.
@@ -28,7 +29,13 @@ from aeroflutter.model.lure import AnyFamily, LureSystem, as_family
 from aeroflutter.model.system import System
 from aeroflutter.orbits.harmonic.balance import Cycle
 from aeroflutter.orbits.harmonic.joint import monodromy
-from aeroflutter.orbits.harmonic.moment import Answer, Followed, Segmented, waveform
+from aeroflutter.orbits.harmonic.moment import (
+    Answer,
+    Followed,
+    Segmented,
+    Switched,
+    waveform,
+)
 
 __all__ = ["Multipliers", "multipliers"]
 
@@ -101,7 +108,7 @@ def multipliers(
     system = System(*whole.stack(cycle.speed), whole.names, whole.units, whole.state_names)
     system, answers = _by_loops(system, answers)
     with np.errstate(over="ignore", invalid="ignore"):
-        if len(answers) > 1:
+        if len(answers) > 1 or isinstance(answers[0], Switched):
             matrix = monodromy(system, cycle.omega, answers, fold)
         elif isinstance(answers[0], Segmented):
             matrix = _by_segments(LureSystem.of(system), cycle.omega, answers[0], fold)
