@@ -338,9 +338,7 @@ def _of_relay(spring: Relay, Y: Complex, turns: Real) -> Switched:
     """The answer of a relay: between its edges it stays on the side that it was on."""
     half = 0.5 * spring.width
     breaks, sides = ([0.0], [-1.0, 1.0]) if half == 0.0 else ([-half, half], [-1.0, 0.0, 1.0])
-    rows = kernel.static_segments(
-        Y, turns, np.array(breaks), np.zeros(len(sides)), np.array(sides)
-    )
+    rows = kernel.static_segments(Y, turns, np.array(breaks), np.zeros(len(sides)), np.array(sides))
     start, _, _, side, _, margin, _ = np.ascontiguousarray(rows.T)
     known = np.flatnonzero(side)
     if known.size == 0:  # it never leaves the space between its edges
@@ -361,9 +359,7 @@ def _of_friction(spring: Friction, Y: Complex, turns: Real) -> Switched:
     legs = np.roll(y, -1) - y
     values = spring.friction * np.sign(legs)
     jumps, margin = values - np.roll(values, 1), float(np.abs(legs).min())
-    return Switched(
-        Y, turns, values, jumps, np.zeros(turns.size), 1, bends, spring.beta1, margin
-    )
+    return Switched(Y, turns, values, jumps, np.zeros(turns.size), 1, bends, spring.beta1, margin)
 
 
 @dataclass(frozen=True, eq=False)
