@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from aeroflutter import SectionFamily, TypicalSection
 from aeroflutter.cli import main
 
 QUICK = ("--cycles", "400", "--transient", "100")
@@ -129,3 +130,23 @@ def test_bad_input_is_refused_with_its_key(capsys, words, message):
     assert (code, out) == (2, "")
     assert message in err
     assert "Traceback" not in err
+
+
+def test_a_motion_that_sticks_has_the_exponents_of_what_still_moves(capsys, tmp_path):
+    """Pitch stays where friction holds it, near by as well, while heave dies out."""
+    case = tmp_path / "friction.toml"
+    case.write_text('[section]\nomega_bar = 0.8\n[spring]\nkind = "friction"\nfriction_deg = 0.2\n')
+    found = result(capsys, str(case), "--speed", "2")
+    assert found["verdict"] == "damped"
+    system = SectionFamily(TypicalSection(omega_bar=0.8)).at(2.0)
+    rate, b = system.state_names.index("alpha_rate"), system.b
+    held = system.A - np.outer(b, system.A[rate]) / b[rate]  # the moment that keeps it there
+    roots = np.sort(np.linalg.eigvals(held).real)[::-1]
+    assert found["lyapunov"] == pytest.approx(roots[:3], abs=1e-9)
+    assert found["lyapunov"][1] == pytest.approx(0.0, abs=1e-12)
+    assert found["lyapunov"][2] < -1e-3
+    figure = tmp_path / "attractor.svg"
+    code, out, err = run(capsys, str(case), "--speed", "2", *QUICK, "--plot", str(figure))
+    assert code == 1
+    assert "damped" in out
+    assert "no attractor to draw; the result is above" in err

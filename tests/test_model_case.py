@@ -1,6 +1,7 @@
 """Cases whose model comes from a file: what is read, and what is refused."""
 
 import json
+from datetime import date
 
 import bah
 import netCDF4
@@ -263,6 +264,7 @@ BAD_MODAL = {
     ),
     "lags": ({"lags": [0.1, 0.1]}, "no root may come twice"),
     "exact": ({"exact": [0.12]}, "k = 0.12 is not in the table"),
+    "date": ({"Q": date(2026, 12, 1)}, "model.Q: must hold words, numbers, lists or tables"),
 }
 
 

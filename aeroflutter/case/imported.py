@@ -81,6 +81,13 @@ def build_model(given: Any, folder: Path) -> BuiltModel:
     if table.problems:
         return BuiltModel(None, table.values, table.problems)
     values = dict(table.values)
+    problems = [
+        f"model.{name}: must hold words, numbers, lists or tables, not a date or a time"
+        for name, value in values.items()
+        if not _plain(value)
+    ]
+    if problems:
+        return BuiltModel(None, values, problems)
     try:
         files = _files(values.get("file"), folder)
         values["file"] = [str(file) for file in files] if len(files) > 1 else str(files[0])
@@ -88,6 +95,15 @@ def build_model(given: Any, folder: Path) -> BuiltModel:
     except InputError as error:
         return BuiltModel(None, values, [f"model.{problem}" for problem in error.problems])
     return BuiltModel(model, values)
+
+
+def _plain(value: Any) -> bool:
+    """Whether a value is of JSON's kinds: TOML has others."""
+    try:
+        dumps(value)
+    except TypeError:
+        return False
+    return True
 
 
 @lru_cache(maxsize=8)

@@ -87,7 +87,7 @@ class Spectra(NamedTuple):
                 vectors[i][:, zeros] = scale[i][:, None] * np.linalg.svd(balanced)[2][-count:].T
         inverse = _inverses(vectors)
         sizes = np.sqrt(np.sum(np.abs(vectors / scale[:, :, None]) ** 2, axis=1))
-        with np.errstate(over="ignore"):  # a basis that is none is not trusted
+        with np.errstate(over="ignore", invalid="ignore"):  # a basis that is none is not trusted
             scaled = np.abs(sizes[:, :, None] * inverse * scale[:, None, :]) ** 2
         condition = np.sqrt(n * np.sum(scaled, axis=(1, 2)))  # Frobenius: unit columns
         small = ZERO * np.max(np.abs(values), axis=1)

@@ -10,6 +10,7 @@ import numpy as np
 from aeroflutter.motion.chaos.growth import Growth, Landing
 from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
+from aeroflutter.motion.march import March
 from aeroflutter.motion.spectra import PoincareSection
 from aeroflutter.motion.tangents import Tangents
 from aeroflutter.springs import each
@@ -50,14 +51,14 @@ class ExactEngine:
             multiplier=end.multiplier, rest=end.rest, state_vector=point, memory=held,
         )  # fmt: skip
 
-    def slope(self, landing: Landing) -> Any:
-        """Slope of the branch on which the motion is, of each of several springs."""
-        outputs, held = self.flow.C @ landing.state_vector, np.atleast_1d(landing.memory)
-        slopes = [
-            piece.branch(float(y), float(memory))[0]
-            for piece, y, memory in zip(self.flow.pieces, outputs, held, strict=True)
-        ]
-        return _own(np.array(slopes))
+    def closed(self, landing: Landing) -> Array:
+        """The system on the branches on which the motion is, (n, n); where it sticks, too."""
+        flow = self.flow
+        march = March(flow, flow.begin(landing.state_vector, landing.memory))
+        if flow.sliders.size:  # where it sticks, round-off may have left it a rate
+            march.run(1.0)
+        table = flow.table(march.motion.modes)
+        return np.array(flow.arrays.generator[table, :, : flow.n])
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
         """Follow the motion with `exponents` tangents over `count` maxima."""

@@ -75,7 +75,7 @@ class Engine(Protocol):
     1. ``land`` says how the motion from a state ends, and hands back a state on its attractor.
     2. ``grow`` follows it over `transient` maxima unseen, then over `count`; it stops early where
        there are no more maxima, and what was found until then is returned.
-    3. ``slope`` is the incremental stiffness of the spring where a motion comes to rest or leaves.
+    3. ``closed`` is the system linearised where a motion comes to rest or leaves, (n, n).
     """
 
     @property
@@ -88,7 +88,7 @@ class Engine(Protocol):
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth: ...
 
-    def slope(self, landing: Landing) -> Any: ...
+    def closed(self, landing: Landing) -> Array: ...
 
 
 def first_tangents(rows: int, columns: int) -> Array:

@@ -71,10 +71,10 @@ class SmoothEngine:
         shortest, longest = period_range(self.loop.system, slopes_of(self.loop, state))
         return (shortest, longest) if np.isfinite(longest) else (NO_PERIOD, NO_PERIOD)
 
-    def slope(self, landing: Landing) -> Any:
-        """Incremental slope at the pitch where the motion is, of several springs (m,)."""
+    def closed(self, landing: Landing) -> Array:
+        """The system linearised where the motion is, (n, n)."""
         slopes = self.loop.slopes(self.loop.point(landing.state_vector, landing.memory))
-        return slopes if slopes.size > 1 else float(slopes[0])
+        return np.asarray(self.loop.system.closed(slopes))
 
     def grow(self, landing: Landing, count: int, transient: int, exponents: int) -> Growth:
         """Follow the motion with `exponents` tangents over about `count` maxima."""

@@ -307,7 +307,7 @@ def _settled(
         loops=0,
         period=float("nan"),
         multiplier=float("nan"),
-        exponents=of_eigenvalues(system.closed(engine.slope(landing)), count),
+        exponents=of_eigenvalues(engine.closed(landing), count),
         amplitude=0.0 if rest else float("nan"),
         bias=landing.rest,
         return_time=float("nan"),
