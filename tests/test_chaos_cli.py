@@ -142,7 +142,7 @@ def test_a_motion_that_sticks_has_the_exponents_of_what_still_moves(capsys, tmp_
     rate, b = system.state_names.index("alpha_rate"), system.b
     held = system.A - np.outer(b, system.A[rate]) / b[rate]  # the moment that keeps it there
     roots = np.sort(np.linalg.eigvals(held).real)[::-1]
-    assert found["lyapunov"] == pytest.approx(roots[:3], abs=1e-9)
+    assert np.array(found["lyapunov"]) == pytest.approx(roots[:3], abs=1e-7)  # zeros: defective
     assert found["lyapunov"][1] == pytest.approx(0.0, abs=1e-12)
     assert found["lyapunov"][2] < -1e-3
     figure = tmp_path / "attractor.svg"
