@@ -301,8 +301,8 @@ def _ill_said(err: str) -> bool:
 
 
 def _late(words: list[str], err: str) -> bool:
-    """Whether what is refused leaves a result: a file cannot be written after all."""
-    return words[0] == "validate" or "cannot be written" in err
+    """Whether what is refused leaves a result: a file cannot be written, or drawn, after all."""
+    return words[0] == "validate" or "cannot be written" in err or "no attractor to draw" in err
 
 
 def _is_help(out: str) -> bool:

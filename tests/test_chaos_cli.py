@@ -147,6 +147,6 @@ def test_a_motion_that_sticks_has_the_exponents_of_what_still_moves(capsys, tmp_
     assert found["lyapunov"][2] < -1e-3
     figure = tmp_path / "attractor.svg"
     code, out, err = run(capsys, str(case), "--speed", "2", *QUICK, "--plot", str(figure))
-    assert code == 1
+    assert code == 2
     assert "damped" in out
-    assert "no attractor to draw; the result is above" in err
+    assert "there is no attractor to draw" in err

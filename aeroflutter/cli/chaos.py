@@ -19,7 +19,7 @@ from aeroflutter.cli.common import (
     show_table,
 )
 from aeroflutter.cli.progress import late_bar
-from aeroflutter.errors import ConvergenceError, InputError
+from aeroflutter.errors import InputError
 from aeroflutter.results.unit import spoken_unit, start_unit, told
 
 if TYPE_CHECKING:
@@ -376,7 +376,7 @@ def _figure(study: _Study, value: float, system: AnySystem, result: ChaosResult)
     from aeroflutter.plots.style import Clock, literal
 
     if result.section.pitch.size == 0:
-        raise ConvergenceError(f"the motion is {result.verdict}, there is no attractor to draw")
+        raise InputError(f"--plot: the motion is {result.verdict}, there is no attractor to draw")
     response = result.trace(system, study.case.loop()[1])
     title = f"{literal(study.case.title)}, {_at(study, value)}: {result.name}"
     return plot_chaos(result, response, title, Clock.of(study.speed_at(value), study.scale))
