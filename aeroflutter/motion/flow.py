@@ -404,12 +404,10 @@ class Flow:
             elif row[FLOOR] < point.memory[i] < row[CEILING]:
                 tangents[n + i, :n] = self.C[i]
         march = March(self, point, events=self.most, tangents=tangents)
-        status = march.run(duration)
-        if status != kernel.DONE:
+        if march.run(duration) != kernel.DONE:
             raise ConvergenceError("the motion does not stay bounded and regular over a period")
         last = march.point()
-        rate = np.zeros(k)
-        rate[:n] = self.rate(last)
+        rate = np.append(self.rate(last), np.zeros(self.held.size))
         if march.motion.memo[kernel.JUMPED] > 0:  # at the end: the tangents are before it
             before(self.arrays, march.motion)
             rate[:n] = march.motion.rates[0]

@@ -262,10 +262,10 @@ class Switched(Answer):
     start, values
         Where stretches begin on which the rest of F is constant: at the jumps, if there are any,
         and what it is there, (r,).
-    jumps, levels
-        By how much it jumps there, and the level that is passed, (r,).
+    jumps
+        By how much it jumps there, (r,).
     order, rates
-        Whether y (0) or y' (1) passes it, and the derivative of that, (r,).
+        Whether y (0) or y' (1) passes a level there, and the derivative of that, (r,).
     beta
         Slope of what does not jump.
     """
@@ -274,7 +274,6 @@ class Switched(Answer):
     start: Real
     values: Real
     jumps: Real
-    levels: Real
     order: int
     rates: Real
     beta: float
@@ -349,8 +348,7 @@ def _of_relay(spring: Relay, Y: Complex, turns: Real) -> Switched:
     begins = np.flatnonzero(jumps) if np.any(jumps) else np.zeros(1, dtype=np.intp)
     start, values, jumps = start[begins], values[begins], jumps[begins]
     rates = np.array([kernel.value(Y, float(theta))[1] for theta in start])
-    levels = half * np.sign(jumps)
-    return Switched(Y, start, values, jumps, levels, 0, rates, 0.0, float(margin.min()))
+    return Switched(Y, start, values, jumps, 0, rates, 0.0, float(margin.min()))
 
 
 def _of_friction(spring: Friction, Y: Complex, turns: Real) -> Switched:
@@ -359,7 +357,7 @@ def _of_friction(spring: Friction, Y: Complex, turns: Real) -> Switched:
     legs = np.roll(y, -1) - y
     values = spring.friction * np.sign(legs)
     jumps, margin = values - np.roll(values, 1), float(np.abs(legs).min())
-    return Switched(Y, turns, values, jumps, np.zeros(turns.size), 1, bends, spring.beta1, margin)
+    return Switched(Y, turns, values, jumps, 1, bends, spring.beta1, margin)
 
 
 @dataclass(frozen=True, eq=False)
