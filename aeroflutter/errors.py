@@ -38,17 +38,20 @@ class ConvergenceError(AeroflutterError):
 
     Parameters
     ----------
-    message
-        What did not converge, where, and what was kept.
+    reason
+        What did not converge, and what was kept.
     partial
         Whatever was computed before, so that it is not lost.
+    where
+        The point at which, where it says more than the caller knows: the message ends with it.
     """
 
+    reason: str
     partial: Any
 
-    def __init__(self, message: str, partial: Any = None) -> None:
-        super().__init__(message, partial)
-        self.partial = partial
+    def __init__(self, reason: str, partial: Any = None, where: str = "") -> None:
+        super().__init__(reason, partial, where)
+        self.reason, self.partial, self._where = reason, partial, where
 
     def __str__(self) -> str:
-        return str(self.args[0])
+        return self.reason + self._where

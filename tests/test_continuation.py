@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -206,8 +207,11 @@ def test_max_states_is_a_reason() -> None:
 
 def test_a_start_off_the_curve_is_an_error() -> None:
     nothing = Curve(lambda x: [x[0] ** 2 + x[1] ** 2 + 1], lambda x: [[2 * x[0], 2 * x[1]]])
-    with pytest.raises(ConvergenceError, match="did not converge"):
+    with pytest.raises(ConvergenceError, match="did not converge near x = ") as error:
         trace(nothing, [1.0, 1.0])
+    assert error.value.reason == "Newton's method did not converge"  # for those who name the place
+    copy = pickle.loads(pickle.dumps(error.value))  # workers send their errors
+    assert (str(copy), copy.reason) == (str(error.value), error.value.reason)
 
 
 def test_every_bad_option_is_named() -> None:

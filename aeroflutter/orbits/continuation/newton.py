@@ -42,7 +42,7 @@ def correct(
         point = point + scale * update
         if size <= options.tolerance * unit:
             return point, iteration
-    raise ConvergenceError(f"Newton's method did not converge near x = {show(x)}", point)
+    raise ConvergenceError("Newton's method did not converge", point, f" near x = {show(x)}")
 
 
 def tangent_at(problem: Problem, x: Array, along: Array | None = None, scale: Scale = 1.0) -> Array:

@@ -398,8 +398,7 @@ class Search:
                 self.frame, shooting, q, along, self.options, halves=halves, watch=self.watch
             )
         except ConvergenceError as error:
-            reason = str(error).partition(" near x = ")[0]
-            self.notes.append(f"the branch at the {name} could not be entered: {reason}")
+            self.notes.append(f"the branch at the {name} could not be entered: {error.reason}")
             return
         if self.known(strand.middle.cycle):
             return

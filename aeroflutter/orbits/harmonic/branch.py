@@ -108,7 +108,7 @@ def harmonic_families(
                     family, spring, start, options, symmetric=symmetric, number=number
                 )
         except ConvergenceError as error:
-            failures.append(f"family {number}: {str(error).partition(' near x = ')[0]}")
+            failures.append(f"family {number}: {error.reason}")
             continue
         found.append(branch)
         if len(found) == most:
