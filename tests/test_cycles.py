@@ -21,6 +21,7 @@ from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.continuation import State
 from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
 from aeroflutter.orbits.cycles.leg import Leg, _change
+from aeroflutter.orbits.cycles.search import Search
 from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, Linear, Spring, Table
 
 CHUNG = 6.2851  # U*_L as Chung, He & Lee 2009 round it; their speeds are multiples of it
@@ -294,6 +295,20 @@ def test_a_branch_of_doubled_period_ends_on_its_parent_whatever_the_round_off(
     assert "comes back" in doubled.ends[1]
     ends = sorted(doubled.cycles[i].speed_ratio for i in (0, -1))
     assert np.allclose(ends, (0.709707, 0.720030), atol=2e-6)
+
+
+def test_a_walk_that_steps_over_to_the_parent_has_come_back() -> None:
+    """On the parent what a cycle differed from it by does not change its sign: it is zero."""
+    search = Search(section(0.8, -0.2), Freeplay(0.02), QUICK)
+    search.run()
+    parent, own = (
+        next(f for f in search.families if f.facts.symmetric == wanted) for wanted in (True, False)
+    )
+    near, beyond = own.strands[0].places[2:4]
+    leg = replace(near.leg, halves=(-1.0,))
+    assert not leg.comes_back(near.state.x, beyond.state.x)
+    for place in parent.strands[0].places[:8]:  # of which round-off may change the sign for some
+        assert leg.comes_back(near.state.x, place.state.x)
 
 
 def test_what_hardly_closes_is_left_out_and_counted() -> None:

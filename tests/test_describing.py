@@ -21,7 +21,9 @@ from aeroflutter.orbits.describing import (
     describing_curve,
     describing_intersections,
 )
-from aeroflutter.orbits.describing.balance import Balance
+from aeroflutter.orbits.describing.balance import BIAS, Balance
+from aeroflutter.orbits.describing.families import Domain, _follow
+from aeroflutter.orbits.describing.scan import scan
 from aeroflutter.orbits.describing.stability import stability
 from aeroflutter.results.dataset import to_dataset
 from aeroflutter.springs import Cubic, Freeplay, Hysteresis, Table
@@ -386,3 +388,69 @@ def test_the_bias_follows_the_amplitude_of_a_root_that_drifts():
             roots = np.linalg.eigvals(system.closed(complex(spring.describing(amplitude, bias).N)))
             growth.append(roots[np.argmin(np.abs(roots - 1j * k))].real)
         assert drift == pytest.approx((growth[1] - growth[0]) / 2e-5, rel=1e-5)
+
+
+@pytest.mark.parametrize("a_h", [-0.4, -0.2, 0.0])
+@pytest.mark.parametrize("omega_bar", [0.2, 0.8])
+def test_cycles_with_a_bias_end_where_it_dies_out_and_are_no_symmetric_ones(a_h, omega_bar):
+    """Beside the symmetric family there is one with a bias, once, and its mirror image.
+
+    At the pitchfork where they meet, Newton's method may step over to the symmetric family, on
+    which the bias is round-off: neither a seed nor a walk may go on there.
+    """
+    section = SectionFamily(TypicalSection(omega_bar=omega_bar, a_h=a_h))
+    curve = describing_curve(section, Freeplay(0.02))
+    assert sorted((f.symmetric, f.mirror_of is None) for f in curve.families) == [
+        (False, False), (False, True), (True, True)
+    ]  # fmt: skip
+    for family in curve.families:
+        own = curve.family == family.number
+        bias = np.abs(curve.bias[own])
+        if family.symmetric:
+            assert np.all(bias == 0.0)
+            continue
+        assert min(bias[0], bias[-1]) == pytest.approx(1e-6 * 0.01, rel=1e-3)  # the pitchfork
+        assert np.all(bias > 0.9e-6 * 0.01)
+        assert sum("the bias dies out" in end for end in family.ends) == 1
+        at = np.flatnonzero(own)[np.argmin(bias)]
+        there = describing_at(section, Freeplay(0.02), np.array([curve.amplitude[at]]))
+        assert np.min(np.abs(there.speed[there.bias == 0.0] / curve.speed[at] - 1.0)) < 1e-5
+
+
+SHIFTED = TypicalSection(
+    omega_bar=0.4268851872512805, mu=242.4456399508668, a_h=-0.10661997847245824,
+    x_alpha=0.16212710723078608, r_alpha=0.45157067334330436, zeta_alpha=0.0011543833913274797,
+)  # fmt: skip
+LIGHT = TypicalSection(
+    omega_bar=0.9174473918848747, mu=32.640608835293385, a_h=-0.35488321465819067,
+    x_alpha=0.17374172074171143, r_alpha=0.40045279090427777, zeta_alpha=0.0012770318882959308,
+    zeta_xi=0.00040970936984653774,
+)  # fmt: skip
+OFFSET = Hysteresis(
+    0.9649417527158997, 0.6489090688958854, 0.13210706344118628, -0.19056717305636195
+)
+
+
+@pytest.mark.parametrize(
+    ("family", "spring", "count"),
+    [
+        (SectionFamily(SHIFTED), Freeplay(1.0, 0.14544250824639837), 2),  # near each other
+        (SectionFamily(LIGHT, QuasiSteady()), OFFSET, 1),
+    ],
+)
+def test_a_family_is_found_once(family, spring, count):
+    """A step does not end on another curve, and a cycle beside a corner is known to be a member."""
+    curve = describing_curve(family, spring)
+    assert len(curve.families) == count
+    balance, speeds = Balance(family, spring, biased=True), np.geomspace(*curve.speed_range, 60)
+    seeds = scan(balance, np.geomspace(*curve.amplitude_range, 300), speeds)
+    low = np.argmin(curve.amplitude)  # a cycle that does not switch yet
+    still = balance.pack(*(one[low] for one in (curve.amplitude, curve.bias, curve.speed, curve.k)))
+    for seed in [still, *seeds[::36]]:
+        found = _follow(balance, Domain(curve.amplitude_range, speeds), seed)
+        assert np.max(np.abs(np.diff(found.branch.x[:, BIAS]))) < 0.5
+        x = found.nodes()[1]
+        steps = np.abs(np.diff(x, axis=0))
+        straight = (np.max(steps[:, 1:], axis=1) < 1e-9) & (steps[:, 0] > 1e-6)
+        for t in np.linspace(0.05, 0.95, 19):  # beside a corner, too
+            assert np.all(found.contains(((1.0 - t) * x[:-1] + t * x[1:])[straight]))

@@ -214,7 +214,8 @@ def test_going_on_from_the_end_is_the_same_motion():
     rest = Initial(state=half.final_state, memory=half.final_memory)
     whole = simulate(system, spring, SIX, options)
     again = simulate(system, spring, rest, SimulateOptions(duration=100.0, decide=False))
-    np.testing.assert_allclose(again.final_state, whole.final_state, rtol=0, atol=1e-15)
+    # other steps from τ = 100 on: a thousand ulps of states of 0.05, whatever the machine
+    np.testing.assert_allclose(again.final_state, whole.final_state, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize(

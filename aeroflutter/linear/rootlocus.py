@@ -261,7 +261,7 @@ def _unstable_at_low(track: Track) -> bool:
 
 def _crossings(family: AnyFamily, stiffness: float, track: Track) -> tuple[Crossing, ...]:
     if _reversible(family, stiffness, track.speeds):
-        found = _coalescences(family, stiffness, track.speeds)
+        found = coalescences(family, stiffness, track.speeds)
     else:
         found = [
             crossing
@@ -391,32 +391,34 @@ def _reversible(family: AnyFamily, stiffness: float, speeds: Real) -> bool:
     return True
 
 
-def _squares(family: AnyFamily, stiffness: float, speed: float) -> Complex:
-    """The squares p^2 of the roots of a reversible system, each once (n/2,)."""
-    closed = closed_matrices(family, stiffness, np.asarray(speed))
-    n = closed.shape[0]
-    if n == 4:  # p^4 - (tr A²/2) p² + det A, without the detour over a double eigenvalue
-        half = 0.25 * np.trace(closed @ closed)
-        root = np.sqrt(complex(half**2 - np.linalg.det(closed)))
-        return np.array([half + root, half - root])
+def _squares(family: AnyFamily, stiffness: float, speeds: Real) -> Complex:
+    """The squares p^2 of the roots of a reversible system, each once, (..., n/2)."""
+    closed = closed_matrices(family, stiffness, speeds)
+    if closed.shape[-1] == 4:  # p^4 - (tr A²/2) p² + det A, without the detour over a double root
+        half = 0.25 * np.trace(closed @ closed, axis1=-2, axis2=-1)
+        root = np.sqrt(half**2 - np.linalg.det(closed) + 0j)
+        return np.stack((half + root, half - root), axis=-1)
     squares = np.linalg.eigvals(closed).astype(complex) ** 2
-    return squares[np.argsort(squares.real)][::2]
+    order = np.argsort(squares.real, axis=-1)
+    return np.asarray(np.take_along_axis(squares, order, axis=-1)[..., ::2])
 
 
-def _discriminant(squares: Complex) -> float:
-    i, j = np.triu_indices(squares.size, 1)
-    return float(np.prod((squares[i] - squares[j]) ** 2).real)
+def _discriminant(squares: Complex) -> Real:
+    i, j = np.triu_indices(squares.shape[-1], 1)
+    return np.asarray(np.prod((squares[..., i] - squares[..., j]) ** 2, axis=-1).real)
 
 
-def _coalescences(family: AnyFamily, stiffness: float, speeds: Real) -> list[Crossing]:
+def coalescences(family: AnyFamily, stiffness: float, speeds: Real) -> list[Crossing]:
+    """Where two frequencies of a reversible system meet between neighbours of ascending speeds."""
+
     def value(speed: float) -> float:
-        return _discriminant(_squares(family, stiffness, speed))
+        return float(_discriminant(_squares(family, stiffness, np.asarray(speed))))
 
-    values = np.array([value(speed) for speed in speeds])
+    values = _discriminant(_squares(family, stiffness, speeds))
     found = []
     for i in np.nonzero((values[:-1] > 0) != (values[1:] > 0))[0]:
         speed = bracketed_root(value, float(speeds[i]), float(speeds[i + 1]))
-        squares = _squares(family, stiffness, speed)
+        squares = _squares(family, stiffness, np.asarray(speed))
         gaps = np.abs(squares[:, None] - squares[None, :]) + np.diag(np.full(squares.size, np.inf))
         square = squares[np.argmin(gaps.min(axis=1))].real
         if square < 0:

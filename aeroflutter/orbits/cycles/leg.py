@@ -48,6 +48,7 @@ _SMALLEST = 1e-9  # step
 _SETTLED = 1e-15  # Newton update that is round-off: a multiplier of 1e4 may magnify it
 _REACHES = (1e-7, 1e-6, 1e-5, 1e-4)  # how far beyond a corner its other side is looked at
 _FURTHER = 1e2  # times that is the first step beyond it
+_MET = 1e-6  # of what a cycle differed from one of half its period: it is one
 _AT_STOP = 1e-9  # of the spring's size: a memory this near to a stop is on it
 
 
@@ -98,9 +99,14 @@ class Leg:
     def comes_back(self, old: Array, new: Array) -> bool:
         """Whether the curve passes a cycle of half the period between two points.
 
-        What the cycles differ from one by vanishes there and goes on with the other sign.
+        What the cycles differ from one by vanishes there, and goes on with the other sign or, where
+        the walk steps over to the curve of those cycles, not at all.
         """
-        return any(self._unlike(old, s) @ self._unlike(new, s) < 0.0 for s in self.halves)
+        for sign in self.halves:
+            before, after = self._unlike(old, sign), self._unlike(new, sign)
+            if before @ after < 0.0 or np.linalg.norm(after) < _MET * np.linalg.norm(before):
+                return True
+        return False
 
     def _unlike(self, x: Array, sign: float) -> Array:
         """z(T/2) - sign z, in sizes, (m,)."""

@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from aeroflutter.model.lure import LureFamily, inverse_transfer_gradient
 from aeroflutter.springs import Describing, Spring
 
-__all__ = ["AMPLITUDE", "BIAS", "FREQUENCY", "SPEED", "Balance", "Loop"]
+__all__ = ["AMPLITUDE", "BIAS", "FREQUENCY", "LEAST", "SPEED", "Balance", "Loop"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 AMPLITUDE, BIAS, SPEED, FREQUENCY = range(4)
 
 _FLAT = 1e-12  # a mean balance whose whole row is below this holds on an interval of bias
+LEAST = 1e-6  # bias in scales to which cycles are followed, above the round-off of dividing by it
 _REACH = 0.7  # longest Newton update in any unknown
 _ITERATIONS = 15
 _CONVERGED = 1e-10  # size of the last Newton update, whose error is about its square
@@ -78,6 +79,15 @@ class Balance:
             parts = np.log(A), np.divide(B, self.spring.scale), np.log(U), np.log(k)
         return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
+    @property
+    def divided(self) -> bool:
+        """Whether the mean balance is divided by the bias, of which an odd spring's is a multiple.
+
+        What is left has no root where there is no bias. The curve of cycles with a bias goes
+        smoothly through the pitchfork, to its mirror image, and not on to symmetric cycles.
+        """
+        return self.biased and self.spring.odd
+
     def loop(self, U: Array, k: Array, *, mean: bool = True) -> Loop:
         """1/G and its derivatives at speeds U and frequencies k, shape (m,).
 
@@ -95,6 +105,8 @@ class Balance:
     def evaluate(self, y: Array) -> tuple[Array, Array]:
         """Residual (m, 3) and Jacobian (m, 3, 4) at unknowns y (m, 4)."""
         A, B, U, k = self.unpack(y)
+        if self.divided:
+            B = np.copysign(np.maximum(np.abs(B), LEAST * self.spring.scale), B)
         return self._assemble(
             A, B, U, k, self.loop(U, k, mean=self.biased), self.spring.describing(A, B)
         )
@@ -122,6 +134,11 @@ class Balance:
         jacobian[:, 2, BIAS] = loop.Z0 + d.dF0_dB
         jacobian[:, 2, SPEED] = U * loop.Z0_U * B / scale
         flat = (np.abs(residual[:, 2]) < _FLAT) & np.all(np.abs(jacobian[:, 2]) < _FLAT, axis=1)
+        if self.divided:
+            share = B / scale
+            residual[:, 2] /= share
+            jacobian[:, 2] /= share[:, None]
+            jacobian[:, 2, BIAS] -= residual[:, 2] / share
         # The mean balances on a whole interval of bias, on which N does not change: stay there.
         jacobian[flat, 2, BIAS] = 1.0
         residual[flat, 2] = 0.0
@@ -141,7 +158,7 @@ class Balance:
         Returns
         -------
         y, converged
-            Shapes (m, 4) and (m,).
+            Shapes (m, 4) and (m,). Mirror images of biased cycles are left out.
         """
         y = np.array(y, dtype=float).reshape(-1, 4)
         rows = np.broadcast_to(normal, y.shape)
@@ -159,7 +176,7 @@ class Balance:
             y[work] += update * np.minimum(1.0, _REACH / np.maximum(size, 1e-300))[:, None]
             done[work] = size < _CONVERGED
             alive[work] = np.all(np.abs(y[work]) < LIMIT, axis=1)
-        return y, done
+        return y, done & (y[:, BIAS] > 0.5 * LEAST) if self.divided else done
 
     def _update(self, y: Array, rows: Array) -> Array:
         residual, jacobian = self.evaluate(y)

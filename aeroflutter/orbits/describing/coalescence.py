@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from aeroflutter.linear.rootlocus import RootLocusOptions, root_locus
+from aeroflutter.linear.rootlocus import coalescences
 from aeroflutter.model.lure import LureFamily, inverse_transfer
 from aeroflutter.orbits.describing.balance import AMPLITUDE, BIAS, FREQUENCY, SPEED, Balance
 
@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 _REAL = 1e-10
 _STEP = 1e-5
+_GRID = 481  # speeds between which a coalescence is looked for
 
 
 def reversible(family: LureFamily, speeds: Array) -> bool:
@@ -70,9 +71,12 @@ class Coalescence(Balance):
         A, b = self.family.stack(U)
         roots = np.linalg.eigvals(A - N[:, None, None] * b[:, :, None] * self.family.c)
         x = -(k**2)
-        coefficients = np.array([np.poly(row).real[::2] for row in roots])
+        polynomial = np.zeros((len(roots), roots.shape[1] + 1), dtype=complex)
+        polynomial[:, 0] = 1.0
+        for root in roots.T:
+            polynomial[:, 1:] -= root[:, None] * polynomial[:, :-1]
         value, by_x = np.zeros(x.shape), np.zeros(x.shape)
-        for column in coefficients.T:  # Horner's scheme with its derivative
+        for column in polynomial.real[:, ::2].T:  # Horner's scheme with its derivative
             by_x = by_x * x + value
             value = value * x + column
         return np.column_stack((value, by_x))
@@ -80,13 +84,11 @@ class Coalescence(Balance):
     def guesses(self, amplitudes: Array, biases: Array, speeds: Array) -> Array:
         """Guesses (m, 4) for the cycles of given amplitudes and biases (m,)."""
         pairs = np.column_stack((amplitudes, np.round(biases / self.spring.scale, 2)))
-        found = [np.empty((0, 4))]
+        found, grid = [np.empty((0, 4))], np.geomspace(speeds[0], speeds[-1], _GRID)
         for A, b in np.unique(pairs, axis=0):
             B = b * self.spring.scale
             N = float(self.spring.describing(A, B).n_p)
-            options = RootLocusOptions(stiffness=N, low=speeds[0], high=speeds[-1])
-            for crossing in root_locus(self.family, options).crossings:
-                if crossing.coalescence:
-                    cycle = (A, B, crossing.speed, crossing.k)
-                    found.append(self.pack(*(np.array([value]) for value in cycle)))
+            for crossing in coalescences(self.family, N, grid):
+                cycle = (A, B, crossing.speed, crossing.k)
+                found.append(self.pack(*(np.array([value]) for value in cycle)))
         return np.concatenate(found)

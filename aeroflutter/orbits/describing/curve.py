@@ -198,9 +198,8 @@ class _Search:
             if original.biased and self.spring.odd:
                 number = len(self.numbered) + 1
                 self.numbered.append(_mirrored(original, number))
-                parts.append(
-                    part | {"bias": -part["bias"], "family": np.full_like(part["family"], number)}
-                )
+                own = np.full_like(part["family"], number)
+                parts.append(part | {"bias": -part["bias"], "family": own})
         if not parts:
             parts = [self._points(None, 0, np.empty((0, 4)))]
         isolated = not isinstance(self.spring, Linear)

@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 
 from aeroflutter.errors import ConvergenceError
 from aeroflutter.orbits.continuation import Branch, ContinuationOptions, Event, State, Test, trace
-from aeroflutter.orbits.describing.balance import AMPLITUDE, BIAS, FREQUENCY, LIMIT, SPEED, Balance
+from aeroflutter.orbits.describing.balance import (
+    AMPLITUDE,
+    BIAS,
+    FREQUENCY,
+    LEAST,
+    LIMIT,
+    SPEED,
+    Balance,
+)
 from aeroflutter.orbits.describing.scan import distinct, scan
 
 __all__ = ["Domain", "Family", "find_families"]
@@ -18,9 +26,11 @@ Array = NDArray[np.float64]
 
 _SCALE = np.array([1.0, 1.0, 0.3, 1.0])  # the speed varies less than the other unknowns
 _WIDEST = 50.0  # bias in scales, beyond which a family is not followed
+_UPRIGHT = 10.0  # times as fast as amplitude and speed: so a bias grows at a pitchfork
 _NARROW, _WIDE = -12.0, 12.0  # ln of the frequency over the seed's, likewise
 _SAME = 1e-6
 _ROUNDS = 4
+_LOOKS = 8  # places at which a curve is compared with others
 _NAMES = ("amplitude", "bias", "speed", "k")
 
 
@@ -112,6 +122,12 @@ class Family:
         guess, _ = self.guess(place)
         guess[:, AMPLITUDE] = wanted[0, j]
         found, converged = self.balance.solve(guess, np.eye(4)[AMPLITUDE])
+        left = np.flatnonzero(~converged)
+        if left.size:  # beside a corner the cubic bulges, and the chord does not
+            chord = (1 - t[left, None]) * x[i[left]] + t[left, None] * x[i[left] + 1]
+            chord[:, AMPLITUDE] = wanted[0, j[left]]
+            guess[left] = chord
+            found[left], converged[left] = self.balance.solve(chord, np.eye(4)[AMPLITUDE])
         near = np.max(np.abs(found - guess) / _SCALE, axis=1, initial=0.0) < 0.3
         keep = distinct(found, converged & near)
         return found[keep], place[keep]
@@ -151,7 +167,12 @@ def find_families(
         families += new[0]
         if k > 0 and not new[0]:
             break
-    return families, lost
+    kept = list(families)
+    for family in families:
+        others = [other for other in kept if other is not family]
+        if others and _known(family, others):
+            kept = others
+    return kept, lost
 
 
 def spread(balance: Balance, domain: Domain, count: int, shift: float) -> Array:
@@ -188,12 +209,22 @@ def _follow_all(
     return found, lost
 
 
+def _known(family: Family, others: list[Family]) -> bool:
+    """Whether all of a curve is of others, which a walk found again beside a corner."""
+    x = family.nodes()[1]
+    some = x[:: max(1, len(x) // _LOOKS)]
+    member = np.zeros(len(some), dtype=bool)
+    for other in others:
+        member |= other.contains(some)
+    return bool(np.all(member))
+
+
 def _follow(balance: Balance, domain: Domain, seed: Array) -> Family:
     (low_A, high_A), speeds = domain.amplitudes, domain.speeds
     low = [np.log(low_A), -_WIDEST, np.log(speeds[0]), seed[FREQUENCY] + _NARROW]
     high = [np.log(high_A), _WIDEST, np.log(speeds[-1]), seed[FREQUENCY] + _WIDE]
-    if balance.biased and balance.spring.odd:
-        low[BIAS] = 0.0  # the other half is the mirror image
+    if balance.divided:
+        low[BIAS] = LEAST  # the other half is the mirror image
     options = ContinuationOptions(
         step=0.05,
         max_step=0.4,
@@ -210,7 +241,8 @@ def _follow(balance: Balance, domain: Domain, seed: Array) -> Family:
 
 
 def _polished(balance: Balance, branch: Branch) -> Branch:
-    """The branch with its ends and events solved for once more, at their own amplitude or speed.
+    """The branch with its ends and events solved for once more, at their own amplitude or speed,
+    or at their bias where that alone changes.
 
     Across a kink the walk's Newton iteration has the slope of one side only and stops early;
     at fixed amplitude the kink does not matter.
@@ -218,9 +250,10 @@ def _polished(balance: Balance, branch: Branch) -> Branch:
     places: list[State | Event] = [branch.states[0], branch.states[-1], *branch.events]
     x = np.array([place.x for place in places])
     tangent = np.array([place.tangent for place in places]) / _SCALE
-    steep = np.abs(tangent[:, AMPLITUDE]) >= np.abs(tangent[:, SPEED])
-    axes = np.eye(4)
-    better, converged = balance.solve(x, np.where(steep[:, None], axes[AMPLITUDE], axes[SPEED]))
+    size = np.abs(tangent)
+    axis = np.where(size[:, AMPLITUDE] >= size[:, SPEED], AMPLITUDE, SPEED)
+    axis[size[:, BIAS] > _UPRIGHT * np.max(size[:, [AMPLITUDE, SPEED]], axis=1)] = BIAS
+    better, converged = balance.solve(x, np.eye(4)[axis])
     kept = np.where(converged[:, None], better, x)
     first, last, *events = (replace(p, x=y) for p, y in zip(places, kept, strict=True))
     states = (first, *branch.states[1:-1], last)
@@ -237,6 +270,8 @@ def _corners(balance: Balance) -> list[int]:
 
 
 def _in_words(balance: Balance, stop: str, y: Array) -> str:
+    if balance.divided and stop.startswith(f"unknown {BIAS} ") and y[BIAS] < _WIDEST:
+        return "the bias dies out, where the family meets one of symmetric cycles"
     values = dict(zip(_NAMES, balance.unpack(y), strict=True))
     for i, (name, value) in enumerate(values.items()):
         if stop.startswith(f"unknown {i} "):
