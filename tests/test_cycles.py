@@ -311,6 +311,28 @@ def test_a_walk_that_steps_over_to_the_parent_has_come_back() -> None:
         assert leg.comes_back(near.state.x, place.state.x)
 
 
+FOLDED = TypicalSection(
+    omega_bar=0.7421741270109511, mu=93.77995260266562, a_h=0.0905644338124173,
+    x_alpha=0.30199923470544693, r_alpha=0.566277543927686, zeta_alpha=0.0011305020315578625,
+    zeta_xi=0.0012407119839287794,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("family", "spring", "count"),
+    [
+        (SectionFamily(FOLDED), Freeplay(1.0), 2),  # a seed a hair off the fold
+        (section(0.25), Bilinear(0.0, 0.71, 0.0317, 0.476), 1),  # cycles of any size at one speed
+    ],
+)
+def test_a_seed_on_a_known_family_starts_no_other(
+    family: SectionFamily, spring: Spring, count: int
+) -> None:
+    """Where the speed does not tell cycles apart: at a fold, and where a loop is homogeneous."""
+    found = limit_cycles(family, spring, replace(PLAIN, points=10)).families
+    assert len(found) == count
+
+
 def test_what_hardly_closes_is_left_out_and_counted() -> None:
     """Friction a hundred millionth of the gap: where the slider's place decides everything, some
     starts lead to nothing that closes. They end no search and make no family."""

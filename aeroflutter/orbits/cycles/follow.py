@@ -37,11 +37,14 @@ __all__ = [
     "between",
     "crossing",
     "follow",
+    "level",
     "meeting",
     "same",
 ]
 
 Array = NDArray[np.float64]
+
+_PERIOD, _SPEED = -2, -1  # places among the unknowns
 
 _GROWTH = 1.6  # a leg ends when the cycle has grown or shrunk by this
 _SAME = 1e-6  # relative difference between two measurements of one cycle
@@ -294,33 +297,62 @@ def crossing(leg: Leg, old: State, new: State, cycle: Cycle) -> bool:
     periods = old.x[-2], new.x[-2]
     if not min(periods) - 0.1 < np.log(cycle.period) < max(periods) + 0.1:
         return False
-    found = meeting(leg, old, new, cycle.speed / leg.shooting.reference)
-    return found is not None and same(found[1], cycle)
+    there = {_SPEED: cycle.speed / leg.shooting.reference, _PERIOD: float(np.log(cycle.period))}
+    for place, value in there.items():  # beside a fold the speed does not tell, but the period does
+        found = meeting(leg, old, new, value, place)
+        if found is not None and same(found[1], cycle):
+            return True
+    return False
 
 
-def meeting(leg: Leg, old: State, new: State, speed: float) -> tuple[Array, Cycle] | None:
-    """The cycle at a speed (over the reference) between two states of a leg, None if none."""
-    span = new.x[-1] - old.x[-1]
-    if span == 0 or not -1e-9 <= (speed - old.x[-1]) / span <= 1 + 1e-9:
+def meeting(
+    leg: Leg, old: State, new: State, value: float, place: int = _SPEED
+) -> tuple[Array, Cycle] | None:
+    """The cycle at a speed (over the reference) between two states of a leg, None if none.
+
+    Or with another value of the unknown at `place`.
+    """
+    span = new.x[place] - old.x[place]
+    if span == 0 or not -1e-9 <= (value - old.x[place]) / span <= 1 + 1e-9:
         return None
-    return at_speed(leg, old.x + (new.x - old.x) * ((speed - old.x[-1]) / span), speed)
+    guess = old.x + (new.x - old.x) * ((value - old.x[place]) / span)
+    return cycle_with(leg, guess, value, place)
 
 
-def at_speed(leg: Leg, guess: Array, speed: float) -> tuple[Array, Cycle] | None:
+def cycle_with(
+    leg: Leg, guess: Array, value: float, place: int = _SPEED
+) -> tuple[Array, Cycle] | None:
     """The cycle at exactly a speed (over the reference) near a guess, None if there is none."""
     guess = guess.copy()
-    guess[-1] = speed
+    guess[place] = value
     try:
-        q, _ = correct(leg.shooting, guess, np.eye(guess.size)[-1], leg.walk.options)
-        q[-1] = speed
+        q, _ = correct(leg.shooting, guess, np.eye(guess.size)[place], leg.walk.options)
+        q[place] = value
         return q, cycle_at(leg.frame, leg.shooting, q)
     except ConvergenceError:
         return None
 
 
+def level(one: Place, other: Place, cycle: Cycle) -> bool:
+    """Whether a cycle lies between neighbours that differ in nothing but their size.
+
+    Where the loop is homogeneous there are cycles of any amplitude, at one speed.
+    """
+    sizes = one.cycle.amplitude, other.cycle.amplitude
+    if not min(sizes) <= cycle.amplitude <= max(sizes):
+        return False
+    ratios = [
+        (known.speed / cycle.speed, known.period / cycle.period,
+         known.first_harmonic * cycle.amplitude / (known.amplitude * cycle.first_harmonic))
+        for known in (one.cycle, other.cycle)
+    ]  # fmt: skip
+    return bool(np.max(np.abs(np.array(ratios) - 1.0)) < _SAME)
+
+
 def same(one: Cycle, other: Cycle) -> bool:
-    """Whether two cycles at one speed are one, or mirror images of each other."""
+    """Whether two cycles are one, or mirror images of each other."""
     differences = (
+        (one.speed / other.speed - 1.0) * other.amplitude,
         one.amplitude - other.amplitude,
         one.first_harmonic - other.first_harmonic,
         (one.period / other.period - 1.0) * other.amplitude,

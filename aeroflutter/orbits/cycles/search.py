@@ -24,6 +24,7 @@ from aeroflutter.orbits.cycles.follow import (
     Strand,
     crossing,
     follow,
+    level,
     meeting,
     same,
 )
@@ -345,7 +346,7 @@ class Search:
     def known(self, cycle: Cycle) -> bool:
         """Whether a cycle lies on a family that has been followed."""
         return any(
-            crossing(one.leg, one.state, other.state, cycle)
+            crossing(one.leg, one.state, other.state, cycle) or level(one, other, cycle)
             for family in self.families
             for one, other in family.steps()
         )
