@@ -32,6 +32,7 @@ Real = NDArray[np.float64]
 
 _FIRST = 7  # harmonics to begin with, where their number is automatic
 _SMALL = 0.02  # distortion below which a describing function is a good start
+_NOTHING = 1e-9  # distortion of a motion on one straight piece, which may touch its end
 _SCALE_SPEED = 0.3
 _STRIDE = 0.2
 _LOCATED = 1e-8  # ln amplitude: the multipliers are not known any better
@@ -350,7 +351,8 @@ def _starts(
         symmetric = spring.odd and not one.biased
         if options.symmetric is not None:
             symmetric = options.symmetric
-        rows = np.flatnonzero((curve.family == one.number) & (curve.amplitude <= largest))
+        own = (curve.family == one.number) & (curve.amplitude <= largest)
+        rows = np.flatnonzero(own & (curve.distortion > _NOTHING))  # else it hardly switches
         good = rows[curve.distortion[rows] < _SMALL]
         largest_first = good[np.argsort(-curve.amplitude[good])]
         straightest_first = rows[np.argsort(curve.distortion[rows])]

@@ -74,7 +74,7 @@ def follow(
         If `start` does not converge.
     """
     ahead = _Side(balance, start, along, options, tests, tolerance)
-    if ahead.closed or along is not None:
+    if ahead.closed or along is not None or not ahead.states:
         return Curve(tuple(ahead.states), tuple(ahead.events), ("start", ahead.stop), ahead.closed)
     first = ahead.states[0]
     behind = _Side(balance, first.x, -first.tangent, options, tests, tolerance)
