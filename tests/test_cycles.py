@@ -20,7 +20,7 @@ from aeroflutter.motion.endstates import end_state
 from aeroflutter.motion.flow import Flow
 from aeroflutter.orbits.continuation import State
 from aeroflutter.orbits.cycles import Cycle, CycleOptions, LimitCycles, cycles_at, limit_cycles
-from aeroflutter.orbits.cycles.leg import Leg, _change
+from aeroflutter.orbits.cycles.leg import Leg, _change, changes
 from aeroflutter.orbits.cycles.search import Search
 from aeroflutter.springs import Bilinear, Freeplay, Hysteresis, Linear, Spring, Table
 
@@ -309,6 +309,25 @@ def test_a_walk_that_steps_over_to_the_parent_has_come_back() -> None:
     assert not leg.comes_back(near.state.x, beyond.state.x)
     for place in parent.strands[0].places[:8]:  # of which round-off may change the sign for some
         assert leg.comes_back(near.state.x, place.state.x)
+
+
+def test_changes_that_round_off_makes_come_to_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside a corner the sequence may change at every look, at one speed."""
+    looks = [0]
+
+    def change(_: object, state: State, beyond: State) -> tuple[State, State]:
+        looks[0] += 1
+        return state, replace(state, x=np.array([float(looks[0]), 0.5]))
+
+    leg = SimpleNamespace(
+        switches=lambda x: ((0, int(x[0])),), walk=SimpleNamespace(scale=np.ones(2))
+    )
+    monkeypatch.setattr("aeroflutter.orbits.cycles.leg._change", change)
+    monkeypatch.setattr("aeroflutter.orbits.cycles.leg._left", lambda *_: 0.0)
+    old = State(np.array([0.0, 0.4]), np.array([0.0, 1.0]), 0.0)
+    found = changes(cast(Leg, leg), old, replace(old, x=np.array([-1.0, 0.6])))
+    assert len(found) <= 12
+    assert looks[0] < 100
 
 
 FOLDED = TypicalSection(

@@ -54,6 +54,9 @@ class ContinuationOptions:
         Iterations after which a correction has failed, and the number the step aims at.
     max_turn
         Largest angle between consecutive tangents, radians.
+    farthest
+        Largest distance between consecutive states: what Newton's method finds further off is
+        another part of the curve, or another curve. At a corner it may be right.
     locate
         Tolerance on the arclength of located events.
     low, high
@@ -75,6 +78,7 @@ class ContinuationOptions:
     max_newton: int = 8
     aim_newton: int = 3
     max_turn: float = 0.35
+    farthest: float = np.inf
     locate: float = 1e-13
     low: ArrayLike = -np.inf
     high: ArrayLike = np.inf

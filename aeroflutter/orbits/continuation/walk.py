@@ -26,7 +26,6 @@ Place = TypeVar("Place", State, Event)
 
 _ON_KINK = 1e-12  # a kink function below this is zero: the walk stands on the kink
 _LEVEL = 1e-9  # of a unit tangent: what changes less does not change, and turns by round-off
-_STRAYS = 2.0  # times a step: what is found further off is not where it leads
 _BEYOND = 1e-6  # how far beyond a kink its other tangent is taken
 
 
@@ -133,7 +132,7 @@ class Walk:
         tangent = tangent_at(self.problem, x, old.tangent, self.scale)
         cosine = np.clip(np.sum(tangent * old.tangent / self.scale**2), -1.0, 1.0)
         chord = float(np.linalg.norm((x - old.x) / self.scale))
-        if chord > _STRAYS * self.options.max_step:
+        if chord > self.options.farthest:
             raise ConvergenceError("Newton's method went to another part of the curve")
         new = self._state(x, tangent, old.arclength + chord, newton)
         return new, float(np.arccos(cosine))
@@ -184,7 +183,7 @@ class Walk:
             if abs(float(kink(x, old.tangent))) < _ON_KINK:
                 break
         chord, reach = (float(np.linalg.norm((p - old.x) / self.scale)) for p in (x, guess))
-        if chord > _STRAYS * reach or abs(float(kink(x, old.tangent))) > _ON_KINK:
+        if chord > 2 * reach or abs(float(kink(x, old.tangent))) > _ON_KINK:
             return None
         ahead = -np.sign(old.tests[name])
         tangent = tangent_at(self.problem, x + ahead * _BEYOND * across, None, self.scale)

@@ -44,6 +44,7 @@ _LOCATE = 1e-11  # U/U_ref to which a change of sequence is located
 _HALVED = 1e-14  # of the step: at a corner Newton's method may not come between its sides
 _TOGETHER = 1e-8  # U/U_ref within which changes of sequence are one
 _CHANGES = 12  # changes of sequence within one step
+_TRIES = 4  # times as often one is looked for
 _SMALLEST = 1e-9  # step
 _SETTLED = 1e-15  # Newton update that is round-off: a multiplier of 1e4 may magnify it
 _REACHES = (1e-7, 1e-6, 1e-5, 1e-4)  # how far beyond a corner its other side is looked at
@@ -194,7 +195,9 @@ def changes(leg: Leg, old: State, new: State) -> list[State]:
     """Every change of the switching sequence between two states, by bisection."""
     found: list[State] = []
     state, last = old, leg.switches(new.x)
-    while leg.switches(state.x) != last and len(found) < _CHANGES:
+    for _ in range(_TRIES * _CHANGES):  # beside a corner round-off may change it back and forth
+        if leg.switches(state.x) == last or len(found) == _CHANGES:
+            break
         before, state = _change(leg, state, new)
         if found and abs(state.x[-1] - found[-1].x[-1]) < _TOGETHER:
             found.pop()  # several switches at once

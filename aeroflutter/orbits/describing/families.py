@@ -229,6 +229,7 @@ def _follow(balance: Balance, domain: Domain, seed: Array) -> Family:
         step=0.05,
         max_step=0.4,
         max_turn=0.4,
+        farthest=0.8,
         tolerance=1e-7,
         locate=1e-9,
         low=low,
